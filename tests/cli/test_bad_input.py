@@ -216,7 +216,7 @@ def test_design_and_grasp_make_missing_folders(tmp_path: Path, capsys: pytest.Ca
          "spiral.a_mm is -1.0; allowed: a finite number, above 0, below 1e+06\n"),
         ("name = 'x'\n[spiral]\nb = 0.16\na_mm = 26\ndelta_theta_deg = 91\n",
          "spiral.delta_theta_deg is 91.0; allowed: a finite number, above 0, below 90\n"),
-        ("[spiral]\nb = 0.16\na_mm = 26\n", "name is missing; allowed: a text\n"),
+        ("[spiral]\nb = 0.16\na_mm = 26\n", "name is missing; allowed: the key name, a text\n"),
         ("x = [", "a file of valid TOML; Invalid value (at end of document)\n"),
     ],
 )  # fmt: skip

@@ -12,7 +12,8 @@ import pytest
 
 from spiraltrunk.errors import StudioError
 from spiraltrunk.studio.page.buttons import add_button
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
+from spiraltrunk.studio.page.scale import Scale
 
 TABS = []
 SCALE = Scale(label="Size", unit="mm", least=1, most=100, step=0.1, hint="Size of the ball")
@@ -125,6 +126,39 @@ def test_a_refusal_replaces_the_last_one_and_goes_by_itself_and_an_error_stays(s
 
 
 @pytest.mark.slow
+def test_many_errors_stay_in_the_window_and_the_page_does_not_scroll(studio, open_page):
+    page = open_page(studio([BallTab]))
+    for i in range(8):
+        TABS[0].page.notice(f"failure {i}: " + "the disc is full, and so on; " * 12, topic=f"work {i}")
+    page.get_by_text("failure 7").wait_for()
+    page.wait_for_timeout(1500)  # They slide.
+    told = page.get_by_role("alert").filter(has_text="failure")
+    assert [text.split("\n")[1][:9] for text in told.all_inner_texts()] == ["failure 5", "failure 6", "failure 7"]
+    assert page.evaluate("() => { scrollTo(0, 155); return document.documentElement.scrollTop; }") == 0
+    assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
+
+
+@pytest.mark.slow
+def test_arrow_keys_on_a_slider_leave_the_camera(studio, open_page):
+    page = open_page(studio([BallTab]))
+    page.wait_for_timeout(1500)
+    before = tuple(TABS[0].page.client.camera.position)
+    slider = page.get_by_role("slider", name="Size [mm]", exact=True)
+    slider.focus()
+    page.keyboard.down("ArrowRight")
+    page.wait_for_timeout(800)
+    page.keyboard.up("ArrowRight")
+    wait_until(lambda: TABS[0].size.value > 20.0)
+    page.wait_for_timeout(500)
+    assert tuple(TABS[0].page.client.camera.position) == before
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.down("ArrowRight")
+    page.wait_for_timeout(800)
+    page.keyboard.up("ArrowRight")
+    wait_until(lambda: tuple(TABS[0].page.client.camera.position) != before)
+
+
+@pytest.mark.slow
 def test_the_server_answers_while_its_tabs_are_loaded(studio, open_page):
     loaded = threading.Event()
 
@@ -205,7 +239,7 @@ def test_values_off_the_scale_change_nothing(studio, open_page):
         assert TABS[0].size.value == 20.0
         assert handle._impl.update_cb == callbacks
         page.get_by_text(words).wait_for()
-    notices = page.get_by_role("alert").filter(has_text="That did not work")
+    notices = page.get_by_role("alert").filter(has_text="Not accepted")
     wait_until(lambda: notices.count() == 1)
 
 

@@ -21,6 +21,9 @@ from spiraltrunk.errors import DesignError, Unquoted
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
 
+M_MEANING = "smallest graspable object over the tip's width; a small m gives a slender tip"
+"""What m is for the trunk, as help and hints tell it; the tip gripper's ranges meet the trunk's there (principle 2)."""
+
 PAPER_M = 1.53
 """Largest object of the tip gripper over its base width [-] (paper, Methods)."""
 

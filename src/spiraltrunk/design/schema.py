@@ -180,7 +180,8 @@ def read_table(table: str, content: object, keys: Sequence[Key], more: Sequence[
         if key.name in content:
             values[key.field] = read_value(name, content[key.name], key)
         elif key.is_required:
-            raise DesignError(name, got=Unquoted("missing"), allowed=key.kind.value)
+            place = f" of {table}" if table else ""
+            raise DesignError(name, got=Unquoted("missing"), allowed=f"the key {key.name}{place}, {key.kind.value}")
     return values
 
 

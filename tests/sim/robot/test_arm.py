@@ -15,7 +15,7 @@ from spiraltrunk.design import ArmDesign
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec
-from spiraltrunk.sim.robot.arm import ARMS, FACES, arm_home, arm_limits, arm_payload
+from spiraltrunk.sim.robot.arm import ARMS, FACES, arm_home, arm_limits, arm_payload, check_arm
 from spiraltrunk.sim.robot.arm_ik import SPEED_SHARE, ArmReach, build_arm_model
 from spiraltrunk.sim.robot.panda import PANDA
 
@@ -252,8 +252,17 @@ def test_only_the_flange_carries(name):
         arm_spec(ArmDesign(model=name, mount_site="hand"))
 
 
+@pytest.mark.parametrize("name", ARMS)
+def test_site_and_initial_joints_are_checked_before_the_arm_is_built(name):
+    check_arm(ArmDesign(model=name))
+    with pytest.raises(DesignError, match=r"arm\.mount_site is 'nope'; allowed: flange"):
+        check_arm(ArmDesign(model=name, mount_site="nope"))
+    with pytest.raises(DesignError, match=r"arm\.home is 2 numbers; allowed: 7 numbers, one per joint"):
+        check_arm(ArmDesign(model=name, home=(1.0, 2.0)))
+
+
 def test_home_has_a_number_per_joint():
-    with pytest.raises(DesignError, match=r"arm\.home is '3 numbers'; allowed: 7 numbers"):
+    with pytest.raises(DesignError, match=r"arm\.home is 3 numbers; allowed: 7 numbers"):
         arm_home(ArmDesign(home=(0.0, 1.0, 2.0)), 7)
     np.testing.assert_allclose(arm_home(ArmDesign(), 7), PANDA.home)
     np.testing.assert_allclose(arm_home(ArmDesign(model="mine.xml"), 6), np.zeros(6))

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("viser", reason="viser is not installed")
 
-from spiraltrunk.design import presets
+from spiraltrunk.design import format_design, presets
 from spiraltrunk.design.edit import change_rules, read_rules
 from spiraltrunk.design.toml import parse_design
 from spiraltrunk.studio.design.tab import DesignTab
@@ -47,6 +47,11 @@ def box_of(page, label):
 def fill(box, text):
     box.fill(text)
     box.press("Enter")
+
+
+def pick_preset(page, name):
+    page.get_by_label("Preset", exact=True).filter(visible=True).first.click()
+    page.get_by_role("option", name=name, exact=True).click()
 
 
 def wait_until(holds, seconds=30.0):
@@ -119,6 +124,57 @@ def test_a_refused_change_is_told_and_goes_back(open_design):
     page.get_by_role("alert").filter(has_text="width of the tip").wait_for(timeout=LONG)
     assert tab._page.design == wide
     wait_until(lambda: ratio.input_value() == "1.531")
+
+
+def test_what_whole_sections_change_is_told_and_digits_are_kept(open_design):
+    page, tab = open_design()
+    adjusted = page.get_by_role("alert").filter(has_text="Adjusted")
+    fill(box_of(page, "Turns"), "1.6")
+    adjusted.filter(has_text="Turns: 1.6 \u2192 1.583 (19 sections)").wait_for(timeout=LONG)
+    fill(box_of(page, "Turns"), "1.5")
+    adjusted.wait_for(state="detached", timeout=LONG)
+    box = box_of(page, "Ratio m")
+    fill(box, "1.234567")
+    wait_until(lambda: read_rules(tab._page.design).m == pytest.approx(1.234567, rel=1e-9))
+    page.wait_for_timeout(2000)
+    assert box.input_value() == "1.234567"
+    assert adjusted.count() == 0
+
+
+def test_ranges_go_back_after_an_extreme_value(open_design):
+    page, tab = open_design()
+    page.get_by_role("button", name="Spiral and sections (folder)").click()
+    radius = page.get_by_role("slider", name="Radius a [mm]", exact=True)
+
+    def read_ends():
+        return tuple(float(radius.get_attribute(f"aria-value{end}")) for end in ("min", "max"))
+
+    usual = read_ends()
+    fill(box_of(page, "Ratio m"), "10")
+    wait_until(lambda: read_ends() != usual)
+    assert all(end == float(f"{end:.3g}") for end in read_ends())
+    pick_preset(page, "paper")
+    wait_until(lambda: tab._page.design == presets.PAPER)
+    wait_until(lambda: read_ends() == usual)
+
+
+def test_an_arm_that_cannot_be_is_refused_at_its_box(open_design, tmp_path):
+    page, tab = open_design()
+    page.get_by_role("button", name="Arm (folder)").click()
+    home = page.get_by_role("textbox", name="Initial joints [deg]", exact=True)
+    home.fill("1,2")
+    told = page.get_by_role("alert").filter(has_text="allowed: 7 numbers, one per joint of the arm")
+    told.filter(has_text="arm.home_deg is 2 numbers").wait_for(timeout=LONG)
+    wait_until(lambda: home.input_value() == "")
+    site = page.get_by_label("Mount site", exact=True).filter(visible=True).first
+    site.click()
+    assert page.get_by_role("option").filter(visible=True).all_inner_texts() == ["flange"]
+    file = tmp_path / "nope.toml"
+    file.write_text(format_design(presets.PAPER).replace('mount_site = "flange"', 'mount_site = "nope"'))
+    page.locator("input[type=file]").first.set_input_files(file)
+    words = "nope.toml: arm.mount_site is 'nope'; allowed: flange"
+    page.get_by_role("alert").filter(has_text=words).wait_for(timeout=LONG)
+    assert tab._page.design == presets.PAPER
 
 
 def test_a_file_that_is_no_design_changes_nothing(open_design, tmp_path):

@@ -4,8 +4,10 @@ import math
 
 import pytest
 
+from spiraltrunk.cli import main
 from spiraltrunk.design import presets
 from spiraltrunk.design.edit import change_field, list_fields, read_field
+from spiraltrunk.design.rules import M_MEANING
 from spiraltrunk.design.schema import TABLES, Kind
 from spiraltrunk.errors import DesignError
 from spiraltrunk.studio.design.fields import divide, list_shown
@@ -41,6 +43,17 @@ def test_lists_are_texts_and_empty_ones_follow():
     for text in ("0, x", "", "0,,1", "inf", "nan, 1"):
         with pytest.raises(DesignError, match="Directions"):
             angles.parse(text)
+
+
+@pytest.mark.parametrize("text", ["\u0660, 120, 240", "0, 1_20, 240", "0;120;240", "0, 1e, 2"])
+def test_numbers_are_of_ascii_digits_with_commas_between(text):
+    with pytest.raises(DesignError, match="allowed: numbers, separated by commas"):
+        SHOWN["cable.angles"].parse(text)
+
+
+def test_ratio_m_is_told_as_by_the_command(capsys):
+    assert main(["design", "--help"]) == 0
+    assert M_MEANING in " ".join(capsys.readouterr().out.split())
 
 
 def test_steps_are_round():

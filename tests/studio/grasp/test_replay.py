@@ -22,6 +22,8 @@ def test_it_opens_offline_and_its_picture_changes_while_it_plays(
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.goto(file.as_uri())
     assert page.title() == recording.title
+    box = page.locator(".mantine-NumberInput-wrapper").first
+    assert box.evaluate("box => getComputedStyle(box, '::after').content") == '"s"'
     seen = []
     for i in range(40):
         page.wait_for_timeout(250)

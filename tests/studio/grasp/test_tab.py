@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from spiraltrunk.errors import ModelError
 from spiraltrunk.studio.grasp.tab import GraspTab
+from spiraltrunk.workflows.grasp.recording import RATE
 
 pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
 
@@ -162,6 +164,86 @@ def test_a_reload_comes_back_to_the_grasp_until_another_is_picked(fakes, studio,
     assert json.loads(fetch(page, "Result (JSON)", "result.json"))["success"] is True
     pick(page, "Object", "box-80")
     page.get_by_text("Success.").filter(visible=True).wait_for(state="detached", timeout=PATIENCE)
+
+
+@pytest.mark.slow
+def test_a_reload_during_a_grasp_tells_that_it_was_stopped_and_what_is_shown(fakes, studio, open_page):
+    fakes.go.set()
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance")
+    click(page, "Run grasp")
+    wait_for(page, "cylinder-60 by wrap-vertical: Success.")
+    fakes.go.clear()
+    pick(page, "Object", "box-80")
+    page.get_by_text("Success.").filter(visible=True).wait_for(state="detached", timeout=PATIENCE)
+    click(page, "Run grasp")
+    wait_for(page, "Computing.")
+    page.reload()
+    told = "The grasp of box-80 by wrap-vertical was stopped by the reload."
+    page.get_by_role("alert").filter(has_text=told).wait_for(timeout=PATIENCE)
+    wait_for(page, f"Note: {told}")
+    assert page.get_by_text("Success.").filter(visible=True).count() == 0, "the grasp before was of another object"
+    pick(page, "Object", "cylinder-60")
+    page.get_by_text(f"Note: {told}").filter(visible=True).wait_for(state="detached", timeout=PATIENCE)
+    fakes.go.set()
+    click(page, "Run grasp")
+    wait_for(page, "cylinder-60 by wrap-vertical: Success.")
+    fakes.go.clear()
+    click(page, "Run grasp")
+    wait_for(page, "Computing.")
+    page.reload()
+    wait_for(
+        page, f"Note: {told.replace('box-80', 'cylinder-60')} What is shown is the grasp before, of cylinder-60 by"
+    )
+    wait_for(page, "cylinder-60 by wrap-vertical: Success.")
+    wait_for(page, "cylinder-60 by wrap-vertical. The same by a command")
+
+
+@pytest.mark.slow
+def test_the_arrow_keys_step_the_time_by_one_frame(fakes, studio, open_page):
+    fakes.go.set()
+    tabs = []
+
+    def build(page):
+        tabs.append(GraspTab(page))
+        return tabs[-1]
+
+    page = open_page(studio([build]))
+    wait_for(page, "predicted chance")
+    click(page, "Run grasp")
+    wait_for(page, "Success.")
+    set_time(page, "1")
+    panel = tabs[0].panel
+    wait_until(page, lambda: panel._index == RATE)
+    slider = page.get_by_role("slider", name="Time [s]", exact=True)
+    slider.focus()
+    for count in range(1, 13):
+        slider.press("ArrowRight")
+        page.wait_for_timeout(120 if count < 10 else 1500)  # At the end the slider rests after each step.
+        wait_until(page, lambda count=count: panel._index == RATE + count)
+    for _ in range(20):
+        slider.press("ArrowLeft")
+    wait_until(page, lambda: panel._index == RATE - 8)
+    page.wait_for_timeout(1500)
+    assert panel._index == RATE - 8
+    assert float(slider.get_attribute("aria-valuenow")) == pytest.approx(1 - 8 / RATE, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_what_a_person_wrote_is_no_markup(fakes, studio, open_page, monkeypatch):
+    text = "got '<img src=x onerror=document.title=1> *a* [b](http://c) _d_'; allowed: flange"
+
+    def refuse(job, report, request):
+        raise ModelError(text)
+
+    monkeypatch.setattr(fakes, "run_grasp", refuse)
+    monkeypatch.setattr(fakes, "prepare", refuse)
+    page = open_page(studio([GraspTab]))
+    wait_for(page, f"The models cannot tell: {text}")
+    click(page, "Run grasp")
+    wait_for(page, f"Not run: {text}")
+    assert page.title() == "spiraltrunk studio"
+    assert page.locator("img[src=x]").count() == 0
 
 
 @pytest.mark.slow

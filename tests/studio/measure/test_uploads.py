@@ -47,10 +47,10 @@ def send(studio, open_page):
 
 def read_notice(page):
     """Text of the notice below its title: one line that says what is allowed, names no path of ours, and is seen."""
-    notice = page.get_by_role("alert").filter(has_text="That did not work")
+    notice = page.get_by_role("alert").filter(has_text="Not accepted")
     notice.wait_for(timeout=LONG)
     text = notice.inner_text().split("\n")
-    assert text[0] == "That did not work"
+    assert text[0] == "Not accepted"
     assert len(text) == 2
     assert "upload_" not in text[1]
     assert "allowed: " in text[1] or "choose its run: " in text[1]
@@ -82,7 +82,8 @@ def test_damaged_and_foreign_files_are_told_one_by_one(send, virtual, c3d):
         ("rest-045_1.c3d", c3d[:1500], "C3D file"),
         ("rest-045_1.csv", junk, "rest-045_1.csv"),
         ("rest-045_1.csv", whole[:700], "rest-045_1.csv"),
-        ("rest-045_1.csv", b"", "rest-045_1.csv"),
+        ("rest-045_1.csv", b"", "'rest-045_1.csv' is empty"),
+        ("holiday.csv", b"", "'holiday.csv' is empty"),
         ("rest-045_1.exe", whole, "allowed: a Motive CSV, or C3D"),
         ("holiday.c3d", c3d, "choose its run"),
         ("../../etc/rest-045.exe", junk, "'rest-045.exe'"),
@@ -92,6 +93,7 @@ def test_damaged_and_foreign_files_are_told_one_by_one(send, virtual, c3d):
         told = read_notice(page)
         print(name, len(content), told)
         assert word in told
+        assert page.get_by_text("uploaded successfully").count() == 0
         page.get_by_text("No takes.").wait_for()
     page.get_by_text("Uploading").wait_for(state="detached", timeout=LONG)  # Nothing waits for what was refused.
     send("rest-045_1.csv", whole).get_by_text("mean RMSE").wait_for(timeout=LONG)

@@ -58,7 +58,9 @@ def test_a_dropped_file_goes_to_the_button_of_the_shown_tab_that_takes_it(studio
     assert page.evaluate(DROP, [["../a/Ball.STL", "solid"]]) == [True, True]
     assert wait_for_taken(1) == [("Mesh", "Ball.STL", b"solid")]
     assert page.evaluate(DROP, [["take.csv", "x"]]) == [True, True]
-    page.get_by_text("take.csv has no place here; allowed: .stl, .obj").wait_for()
+    page.get_by_text("take.csv has no place here; the tab Measure takes it").wait_for()
+    assert page.evaluate(DROP, [["take.txt", "x"]]) == [True, True]
+    page.get_by_text("take.txt has no place here; allowed: .stl, .obj").wait_for()
     page.evaluate(DROP, [["a.stl", "x"], ["b.stl", "y"]])
     page.get_by_text("2 files were dropped; allowed: one at a time").wait_for()
     page.get_by_role("button", name="Take", exact=True).click()

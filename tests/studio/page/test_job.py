@@ -7,10 +7,10 @@ import time
 
 import pytest
 
-from spiraltrunk.errors import RunError
+from spiraltrunk.errors import ModelError, RunError
 from spiraltrunk.studio.page import job
 from spiraltrunk.studio.page.act_queue import ActQueue
-from spiraltrunk.studio.page.job import STOPPED, Job
+from spiraltrunk.studio.page.job import STOPPED, Job, Refusal
 
 
 def test_of_acts_under_one_key_the_last_runs():
@@ -47,6 +47,10 @@ def count(report, n):
 
 def refuse(report):
     raise RunError("no object here")
+
+
+def refuse_input(report):
+    raise ModelError("too thin")
 
 
 def work_for_ever(report):
@@ -87,6 +91,12 @@ def test_work_that_fails_says_why(work, reason):
     reports, [(result, why)] = end(work)
     assert (reports, result) == ([], None)
     assert reason in why
+
+
+@pytest.mark.parametrize(("work", "kind"), [(refuse_input, Refusal), (refuse, str), (count, str)])
+def test_a_refusal_of_what_was_given_is_told_apart(work, kind):
+    _, [(_, why)] = end(work)
+    assert type(why) is kind
 
 
 def test_work_can_be_stopped():

@@ -4,7 +4,8 @@ import pytest
 
 pytest.importorskip("viser", reason="viser is not installed")
 
-from spiraltrunk.studio.page.controls import Scale, Slider
+from spiraltrunk.studio.page.controls import Slider
+from spiraltrunk.studio.page.scale import Scale
 
 pytestmark = pytest.mark.slow  # A real browser, which draws by software.
 
@@ -85,6 +86,7 @@ def test_what_is_no_value_is_told_once_and_the_box_goes_back(opened, key):
     number = "Angle was '{}'; allowed: a number, 0.2 to 90 mm, with a point for decimals"
     for text, words in (
         ("400", "Angle was 400; allowed: 0.2 to 90 mm"), ("-3", "Angle was -3; allowed: 0.2 to 90 mm"),
+        ("1_0", number.format("1_0")), ("\u0662", number.format("\u0662")),
         ("2,5", number.format("2,5")), ("-", number.format("-")), ("12abc", number.format("12abc")),
     ):  # fmt: skip
         type_text(box, text)
@@ -92,7 +94,7 @@ def test_what_is_no_value_is_told_once_and_the_box_goes_back(opened, key):
         told.filter(has_text=words).wait_for()
         assert box.input_value() == "1.531"
         page.wait_for_timeout(REST)
-        assert told.all_inner_texts() == [f"That did not work\n{words}"], "it takes the place of the last one"
+        assert told.all_inner_texts() == [f"Not accepted\n{words}"], "it takes the place of the last one"
         assert box.input_value() == "1.531"
     assert BoxTab.taken == []
     type_text(box, "2.5")
@@ -100,6 +102,20 @@ def test_what_is_no_value_is_told_once_and_the_box_goes_back(opened, key):
     page.wait_for_timeout(REST)
     assert (box.input_value(), BoxTab.taken) == ("2.5", [2.5])
     assert told.count() == 0, "a good value ends it"
+
+
+def test_a_number_that_the_box_rounds_is_told(opened):
+    page, box, count = opened
+    for one, text, words in (
+        (count, "2.5", "Number: 2.5 \u2192 3"), (box, "2.71828", "Angle: 2.71828 \u2192 2.718 mm"),
+    ):  # fmt: skip
+        type_text(one, text)
+        one.press("Enter")
+        page.get_by_role("alert").filter(has_text=words).wait_for()
+        assert page.get_by_role("alert").filter(has_text="Adjusted").all_inner_texts() == [f"Adjusted\n{words}"]
+    type_text(box, "4")
+    box.press("Enter")
+    page.get_by_role("alert").filter(has_text="Adjusted").wait_for(state="detached", timeout=5000)
 
 
 def test_escape_or_an_emptied_box_gives_the_value_before(opened):

@@ -9,7 +9,8 @@ pytest.importorskip("viser", reason="viser is not installed")
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DriveError, OutputError, StudioError
-from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.job import Refusal
+from spiraltrunk.studio.page.page import MOST_ERRORS, Page
 
 
 class FakeClient(SimpleNamespace):
@@ -85,20 +86,22 @@ def test_a_closed_page_starts_no_timer(page):
     assert seen == []
 
 
-def test_one_refusal_at_a_time_is_shown_and_errors_stay(page):
-    def act(error):
-        def fail():
+def run_act(page, error=None, key="act"):
+    def act():
+        if error is not None:
             raise error
 
-        page.take("act", fail)
-        run_to(page)
+    page.take(key, act)
+    run_to(page)
 
-    act(StudioError("the first"))
+
+def test_one_refusal_at_a_time_is_shown_and_errors_stay(page):
+    run_act(page, StudioError("the first"))
     assert page.client.shown == {"the first": 8.0}
-    act(StudioError("the second"))
+    run_act(page, StudioError("the second"))
     assert page.client.shown == {"the second": 8.0}
-    act(OutputError("the disc is full"))
-    act(DriveError("no bus"))
+    run_act(page, OutputError("the disc is full"), "save")
+    run_act(page, DriveError("no bus"))
     kept = {"the disc is full": None, "no bus": None}
     assert page.client.shown == {"the second": 8.0, **kept}
     page.clear_refusal()
@@ -107,6 +110,27 @@ def test_one_refusal_at_a_time_is_shown_and_errors_stay(page):
     page.post(fail_at_work)
     run_to(page)
     assert page.client.shown == {**kept, "the work failed": None}
+
+
+def test_an_error_is_replaced_by_the_next_of_its_act_and_ends_with_its_success(page):
+    run_act(page, DriveError("no bus"))
+    run_act(page, OutputError("the disc is full"), "save")
+    run_act(page, DriveError("no board"))
+    assert page.client.shown == {"the disc is full": None, "no board": None}
+    run_act(page)
+    assert page.client.shown == {"the disc is full": None}
+
+
+def test_the_oldest_of_many_errors_goes(page):
+    for i in range(MOST_ERRORS + 2):
+        page.notice(f"error {i}", topic=str(i))
+    assert page.client.shown == {f"error {i}": None for i in range(2, MOST_ERRORS + 2)}
+
+
+def test_work_that_refuses_what_it_was_given_is_told_as_a_refusal(page):
+    page.tell_failure(Refusal("the file is empty"), "work")
+    page.tell_failure("its process ended", "work")
+    assert page.client.shown == {"the file is empty": 8.0, "its process ended": None}
 
 
 def fail_at_work():

@@ -14,9 +14,16 @@ from spiraltrunk.design import presets
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
-from spiraltrunk.studio.robot.gauges import SETTLED, Gauges, find_ends
+from spiraltrunk.studio.robot.gauges import SETTLED, Gauges, collect_values, find_ends
 from spiraltrunk.studio.robot.tab import UNWATCHED, has_tripped_board
-from spiraltrunk.studio.robot.texts import format_cables, format_closed, format_faults, format_run, format_status
+from spiraltrunk.studio.robot.texts import (
+    format_cables,
+    format_closed,
+    format_faults,
+    format_run,
+    format_status,
+    is_stop,
+)
 from spiraltrunk.workflows.drive.remote.service import RobotService
 from spiraltrunk.workflows.drive.remote.setup import RobotSetup
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
@@ -131,10 +138,25 @@ def test_noise_at_rest_does_not_fill_a_plot(values, ends):
 def test_a_stop_that_nobody_asked_for_is_not_called_a_person_s(state):
     fault = Fault(kind=FaultKind.STOPPED, time=5.16, cable=None, text="a person stopped the robot")
     stopped = show(state, mode=Mode.FAULT, faults=(fault,))
-    assert "a person stopped the robot" in format_faults(stopped)
+    told = format_faults(stopped)
+    assert "<b>stopped by a person</b>, 5.16 s</div>" in told
+    assert told.count("person") == 1
+    assert is_stop(stopped)
+    assert not is_stop(replace(stopped, note="the page in control did not answer for 1.1 s"))
+    assert not is_stop(state)
     text = format_faults(replace(stopped, note="the page in control did not answer for 1.1 s"))
     assert "person" not in text
     assert text.count("did not answer for 1.1 s") == 1
+
+
+@pytest.mark.parametrize("mode", [Mode.SAFE, Mode.HOMING, Mode.FAULT, Mode.ARMED])
+def test_table_and_plot_know_a_tension_in_the_same_states(state, mode):
+    shown = show(state, mode=mode)
+    _, tension, _ = collect_values((state, shown), 3)
+    assert np.isnan(tension[0]).all()
+    assert np.isfinite(tension[1]).all() == (mode is Mode.ARMED)
+    row = format_cables(shown).split("<tr>")[2]
+    assert (row.split("</td>")[3].endswith("&ndash;")) == (mode is not Mode.ARMED)
 
 
 def test_the_scales_of_plots_are_sent_again_once_they_are_laid_out(state):

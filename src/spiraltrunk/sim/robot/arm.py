@@ -16,7 +16,7 @@ import numpy as np
 from spiraltrunk.checks import check_type
 from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.design.mount import ArmDesign
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.sim.mujoco_log import compile_spec, quiet_mujoco
 from spiraltrunk.sim.robot.arm_description import ArmDescription
 from spiraltrunk.sim.robot.fr3 import FR3
@@ -80,9 +80,23 @@ def arm_home(arm: ArmDesign, n_joint: int) -> np.ndarray:
         home = ARMS[arm.model].home if arm.model in ARMS else (0.0,) * n_joint
     if len(home) != n_joint:
         raise DesignError(
-            "arm.home", got=f"{len(home)} numbers", allowed=f"{n_joint} numbers, one per joint of the arm"
+            "arm.home", got=Unquoted(f"{len(home)} numbers"), allowed=f"{n_joint} numbers, one per joint of the arm"
         )
     return np.array(home, float)
+
+
+def check_arm(arm: ArmDesign) -> None:
+    """Check that the arm has the design's mount site, and as many joints as the design has initial positions.
+
+    Raises:
+        DesignError: names the field, and what is allowed.
+    """
+    described = ARMS.get(arm.model)
+    if described is None:
+        arm_home(arm, _load_spec(arm).compile().nq)
+    else:
+        _check_flange(arm)
+        arm_home(arm, len(described.home))
 
 
 def arm_spec(arm: ArmDesign, *, is_decimated: bool = False) -> mujoco.MjSpec:
@@ -101,9 +115,14 @@ def arm_spec(arm: ArmDesign, *, is_decimated: bool = False) -> mujoco.MjSpec:
     described = ARMS.get(arm.model)
     if described is None:
         return _load_spec(arm)
+    _check_flange(arm)
+    return build_arm_spec(described, is_decimated=is_decimated)
+
+
+def _check_flange(arm: ArmDesign) -> None:
+    """Check that the housing is fixed to the flange of a described arm."""
     if arm.mount_site != FLANGE:
         raise DesignError("arm.mount_site", got=arm.mount_site, allowed=f"{FLANGE} (of the arm {arm.model})")
-    return build_arm_spec(described, is_decimated=is_decimated)
 
 
 def add_arm(spec: mujoco.MjSpec, arm: ArmDesign, *, is_decimated: bool = False) -> mujoco.MjsSite:

@@ -11,7 +11,7 @@ from spiraltrunk.design import TrunkDesign
 from spiraltrunk.design.schema import TABLES, Key, Kind, format_value, read_value
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import read_field_docs
-from spiraltrunk.studio.page.controls import Scale, label_with_unit
+from spiraltrunk.studio.page.scale import Scale, is_number, label_with_unit
 
 _UNITS = {
     "mm": "mm", "deg": "deg", "mpa": "MPa", "nm_per_rad": "N m/rad", "n": "N", "g": "g", "kg": "kg", "s": "s",
@@ -34,6 +34,10 @@ _LABELS = {
 
 _STEPS = 200
 """Least number of steps of a slider [-]."""
+
+
+TYPED_DIGITS = 6
+"""Digits behind the point that are taken of a typed number, though fewer are shown [-]."""
 
 
 @final
@@ -65,7 +69,11 @@ class ShownField:
         assert self.key.usual is not None
         least, most = self.key.usual
         step, digits = (1.0, 0) if self.key.kind is Kind.COUNT else divide(most - least)
-        return Scale(label=self.label, unit=self.unit, least=least, most=most, step=step, digits=digits, hint=self.hint)
+        typed = max(digits, TYPED_DIGITS) if digits else 0
+        return Scale(
+            label=self.label, unit=self.unit, least=least, most=most, step=step, digits=digits, typed_digits=typed,
+            hint=self.hint,
+        )  # fmt: skip
 
     def to_shown(self, value: float) -> float:
         """A value in the control's unit."""
@@ -94,10 +102,17 @@ class ShownField:
         if self.key.kind is Kind.TEXT:
             return text.strip()
         try:
-            numbers = [Decimal(each.strip()) for each in text.replace(";", ",").rstrip(", ").split(",")]
+            numbers = [_read_number(each.strip()) for each in text.rstrip(", ").split(",")]
         except InvalidOperation:
             raise DesignError(self.text, got=text[:80], allowed="numbers, separated by commas") from None
         return read_value(self.text, numbers, self.key)
+
+
+def _read_number(text: str) -> Decimal:
+    """A decimal number exactly; an InvalidOperation for any other text."""
+    if not is_number(text):
+        raise InvalidOperation
+    return Decimal(text)
 
 
 def list_shown(table: str) -> tuple[ShownField, ...]:

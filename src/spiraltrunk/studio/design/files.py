@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import final
 
 from spiraltrunk.design import TrunkDesign, format_design, presets
-from spiraltrunk.design.schema import MOST_BYTES
+from spiraltrunk.design.schema import MOST_BYTES, as_typed
 from spiraltrunk.design.toml import parse_design
-from spiraltrunk.errors import StudioError
+from spiraltrunk.errors import DesignError, StudioError
 from spiraltrunk.studio.page.buttons import add_button, add_upload
 from spiraltrunk.studio.page.controls import Choice
 from spiraltrunk.studio.page.page import Page
@@ -69,14 +69,25 @@ def read_upload(name: str, content: bytes) -> TrunkDesign:
 
     Raises:
         DesignError: for what is no design; names the key.
-        StudioError: for a design that names a file of this computer as its arm.
+        StudioError: for a design that names a file of this computer as its arm, or whose arm lacks its mount site or
+            has another number of joints.
     """
     design = parse_design(content, name)
     if design.arm.is_file:
         raise StudioError(
             f"{name}: arm.model is a path; allowed in the studio: the name of a described arm, such as panda"
         )
+    _check_arm(design, name)
     return design
+
+
+def _check_arm(design: TrunkDesign, name: str) -> None:
+    from spiraltrunk.sim.robot.arm import check_arm
+
+    try:
+        check_arm(design.arm)
+    except DesignError as error:
+        raise StudioError(f"{name}: {as_typed(error)}") from None
 
 
 def find_preset(design: TrunkDesign) -> str:

@@ -10,11 +10,12 @@ from typing import Any, final
 from spiraltrunk.design import GripperDesign, TrunkDesign
 from spiraltrunk.design.edit import Rules, change_field, change_rules, read_field, read_rules
 from spiraltrunk.design.materials import RIGID
-from spiraltrunk.design.rules import RANGES
+from spiraltrunk.design.rules import M_MEANING, RANGES
 from spiraltrunk.design.schema import Kind
-from spiraltrunk.studio.design.fields import ShownField, list_shown
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider, Switch, TextBox
+from spiraltrunk.studio.design.fields import TYPED_DIGITS, ShownField, list_shown
+from spiraltrunk.studio.page.controls import Choice, Slider, Switch, TextBox
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 
 Vary = Callable[[TrunkDesign], TrunkDesign]
 Change = Callable[[Vary], None]
@@ -24,7 +25,7 @@ GRIPPER = "Gripper at the tip"
 """Label of the switch of the gripper."""
 
 _RULES = {
-    "m": ("Ratio m", "", 1.0, "Largest object of the tip gripper over its width; small for a slender tip"),
+    "m": ("Ratio m", "", 1.0, M_MEANING[:1].upper() + M_MEANING[1:]),
     "delta_theta": ("Angle Δθ", "deg", math.pi / 180, "Angle per section; it moves to the nearest for whole sections"),
     "arm_radius": ("Arm radius", "mm", 1e-3, "Radius of the arm's last link, which section 1 matches"),
     "turns": ("Turns", "", 1.0, "Turns of the spiral; they move to the nearest that give whole sections"),
@@ -81,30 +82,54 @@ class Parameters:
         allowed = RANGES[name].in_unit(size)
         least, most = (1.0, 89.0) if name == "delta_theta" else (allowed.least, allowed.most)
         step, digits = (0.05, 3) if name in ("m", "turns") else (0.5, 2 if unit == "deg" else 1)
-        scale = Scale(label=label, unit=unit, least=least, most=most, step=step, digits=digits, hint=hint)
+        scale = Scale(
+            label=label,
+            unit=unit,
+            least=least,
+            most=most,
+            step=step,
+            digits=digits,
+            typed_digits=TYPED_DIGITS,
+            hint=hint,
+        )
+
+        def read(shown: TrunkDesign) -> float:
+            return float(getattr(read_rules(shown), name) / size)
 
         def write(shown: TrunkDesign) -> None:
-            value = getattr(read_rules(shown), name) / size
-            slider.widen(value)
-            slider.set(value)
+            slider.fit(read(shown))
 
-        value = getattr(read_rules(design), name) / size
-        slider = Slider(
-            self._page, scale, value, lambda given: self._change(lambda old: change_rules(old, **{name: given * size}))
-        )
+        def find_change(given: float) -> str:
+            """That another value holds than was given, which whole sections need."""
+            design = self._page.design
+            if math.isclose(read(design), given, abs_tol=0.5 * 10.0**-digits):
+                return ""
+            return f"{scale.tell_change(f'{given:g}', read(design))} ({design.n_section} sections)"
+
+        def take(given: float) -> None:
+            self._change(lambda old: change_rules(old, **{name: given * size}))
+            slider.tell_later(lambda: find_change(given))
+
+        slider = Slider(self._page, scale, read(design), take)
         write(design)
         self._writers.append(write)
 
     def _add_field(self, field: ShownField, design: TrunkDesign) -> None:
         if field.key.kind in (Kind.NUMBER, Kind.COUNT):
             self._add_slider(field, design)
-        elif field.name in ("housing.material", "arm.model"):
+        elif field.name in _OPTIONS and not (field.name == "arm.mount_site" and design.arm.is_file):
             self._add_choice(field, design)
         else:
             self._add_text(field, design)
 
     def _set(self, field: ShownField, value: Any) -> None:
-        self._change(lambda old: change_field(old, field.name, value))
+        def vary(old: TrunkDesign) -> TrunkDesign:
+            design = change_field(old, field.name, value)
+            if field.name in ("arm.mount_site", "arm.home"):
+                _check_arm(design)
+            return design
+
+        self._change(vary)
 
     def _add_slider(self, field: ShownField, design: TrunkDesign) -> None:
         switch = self._add_given(field, design) if field.is_optional else None
@@ -119,8 +144,7 @@ class Parameters:
             if switch is not None:
                 switch.set(is_there)
             if is_there:
-                slider.widen(field.to_shown(value))
-                slider.set(field.to_shown(value))
+                slider.fit(field.to_shown(value))
 
         write(design)
         self._writers.append(write)
@@ -135,14 +159,15 @@ class Parameters:
         return Switch(self._page, f"{field.label}: measured", is_given, take, hint=f"{field.hint} Off: it follows.")
 
     def _add_choice(self, field: ShownField, design: TrunkDesign) -> None:
-        known = tuple(RIGID) if field.name == "housing.material" else _list_arms()
-        value = read_field(design, field.name)
-        options = known if value in known else (*known, value)
+        def find_options(shown: TrunkDesign) -> tuple[str, ...]:
+            known, value = _OPTIONS[field.name](), read_field(shown, field.name)
+            return known if value in known else (*known, value)
+
+        value, options = read_field(design, field.name), find_options(design)
         choice = Choice(self._page, field.label, options, value, lambda given: self._set(field, given), hint=field.hint)
 
         def write(shown: TrunkDesign) -> None:
-            value = read_field(shown, field.name)
-            wanted = known if value in known else (*known, value)
+            value, wanted = read_field(shown, field.name), find_options(shown)
             if choice.options != wanted:
                 choice.set_options(wanted)
             if choice.value != value:
@@ -200,3 +225,21 @@ def _list_arms() -> tuple[str, ...]:
     from spiraltrunk.sim.robot.arm import ARMS
 
     return tuple(ARMS)
+
+
+def _list_sites() -> tuple[str, ...]:
+    from spiraltrunk.sim.robot.arm import FLANGE
+
+    return (FLANGE,)
+
+
+def _check_arm(design: TrunkDesign) -> None:
+    from spiraltrunk.sim.robot.arm import check_arm
+
+    check_arm(design.arm)
+
+
+_OPTIONS: dict[str, Callable[[], tuple[str, ...]]] = {
+    "housing.material": lambda: tuple(RIGID), "arm.model": _list_arms, "arm.mount_site": _list_sites
+}  # fmt: skip
+"""What can be chosen for a text of a design; sites are those of the described arms."""

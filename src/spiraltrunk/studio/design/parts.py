@@ -106,8 +106,9 @@ class PartExport:
         if result is None:
             self._status.content = "Stopped." if reason == STOPPED else _IDLE
             if reason != STOPPED:
-                self._page.notice(reason or "the export ended without a result")
+                self._page.tell_failure(reason or "the export ended without a result", "parts")
             return
+        self._page.clear_error("parts")
         name = name_file(self._design, "-parts.zip")
         self._made = name, result
         self._status.content = f"`{name}`, {len(result) / 1e6:.1f} MB, is ready."

@@ -18,6 +18,9 @@ MARK = "#888888"
 """Colour of the line at the time that is shown."""
 
 
+_ZERO = "Rise: height of the object's centre above its place at the start, in all phases, not the lift alone."
+
+
 @final
 class CoursePlots:
     """Cable tensions, height of the object and grip force of the frames so far."""
@@ -25,6 +28,8 @@ class CoursePlots:
     def __init__(self, page: Page) -> None:
         self._page = page
         self._folder: Any = page.gui.add_folder("Course", visible=False)
+        with self._folder:
+            page.gui.add_markdown(_ZERO)
         self._plots: list[Any] = []
         self._curves: list[list[np.ndarray]] = []
         self._time = np.zeros(0)

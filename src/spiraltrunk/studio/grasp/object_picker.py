@@ -12,8 +12,10 @@ from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, SOLIDS,
 from spiraltrunk.sim.objects.meshes.mesh_file import AXES, COLLIDES, UNITS
 from spiraltrunk.studio.grasp.jobs import read_upload
 from spiraltrunk.studio.page.buttons import add_upload
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
+from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
 
 BY_MEASURES = "by its measures"
@@ -185,7 +187,7 @@ class ObjectPicker:
         if self._reading is not None:
             self._reading.stop()
         self._shape, upload = None, self._upload
-        self._notes.content = f"Reading *{upload.name}* ..."
+        self._notes.content = f"Reading *{escape_markdown(upload.name)}* ..."
         mass = self._mass.value / 1000.0
         self._reading = self._page.start(
             read_upload, upload.content, upload.form, mass, self._read_file_options(),
@@ -197,13 +199,14 @@ class ObjectPicker:
             return
         if shape is None:
             reason = name_upload(str(reason), upload.name)
-            self._notes.content = f"*{upload.name}* cannot be used: {reason}"
-            self._page.notice(f"{upload.name}: {reason}")
+            self._notes.content = f"*{escape_markdown(upload.name)}* cannot be used: {escape_markdown(reason)}"
+            self._page.notice(f"{upload.name}: {reason}", "refusal")
             return
+        self._page.clear_refusal()
         self._shape = shape
         size = " x ".join(f"{1e3 * extent:.0f}" for extent in shape.size)
-        warnings = "".join(f"\n- {name_upload(warning, upload.name)}" for warning in shape.warnings)
-        self._notes.content = f"*{upload.name}*: {size} mm, {1e3 * shape.mass:g} g{warnings}"
+        warnings = "".join(f"\n- {escape_markdown(name_upload(warning, upload.name))}" for warning in shape.warnings)
+        self._notes.content = f"*{escape_markdown(upload.name)}*: {size} mm, {1e3 * shape.mass:g} g{warnings}"
         self._on_change()
 
 

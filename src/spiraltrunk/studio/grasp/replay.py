@@ -16,8 +16,15 @@ from spiraltrunk.workflows.grasp.recording import RATE, Recording
 
 _HOST = "127.0.0.1"
 
-_LABEL_PLACE = (0.26, 0.18, 1.75)
-"""Place of the label with phase and action [m]: over the arm."""
+_LABEL_PLACE = (0.19, 0.05, 1.75)
+"""Place of the right end of the label with phase and action [m]: over the arm, left of the strings of a hung object."""
+
+_UNIT = """<style>
+  .mantine-NumberInput-wrapper::after { content: "s"; position: absolute; right: 0.25em; line-height: 1;
+    top: calc(50% - 0.5em); font: 12px ui-monospace, monospace; pointer-events: none; }
+  .mantine-NumberInput-input { text-align: left !important; }
+</style>"""
+"""The unit of viser's box of the time, which has none."""
 
 
 def write_replay(recording: Recording, path: str | Path, *, is_dark: bool = False) -> None:
@@ -51,7 +58,7 @@ def format_replay(recording: Recording, *, is_dark: bool = False) -> str:
         _aim(server)
         view, frames = StageView(server.scene, "/stage"), recording.frames
         view.draw(recording.meshes, frames)
-        label = server.scene.add_label("/label", _describe(recording, 0), position=_LABEL_PLACE, anchor="center-center")
+        label = server.scene.add_label("/label", _describe(recording, 0), position=_LABEL_PLACE, anchor="center-right")
         serializer = server.get_scene_serializer()
         with server.atomic():  # Nobody is there to send anything to.
             for i in range(len(frames)):
@@ -63,7 +70,7 @@ def format_replay(recording: Recording, *, is_dark: bool = False) -> str:
     finally:
         with silence():
             server.stop()
-    return page.replace("<title>Viser</title>", f"<title>{html.escape(recording.title)}</title>", 1)
+    return page.replace("<title>Viser</title>", f"<title>{html.escape(recording.title)}</title>{_UNIT}", 1)
 
 
 def _aim(server: ViserServer) -> None:

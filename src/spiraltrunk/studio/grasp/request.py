@@ -28,6 +28,11 @@ class GraspRequest:
     """Seed of the scene."""
 
     @property
+    def label(self) -> str:
+        """Object and strategy, in words."""
+        return f"{self.name} by {self.strategy}"
+
+    @property
     def title(self) -> str:
         """Strategy, object and seed, in one line."""
         return f"{self.strategy}, {self.name}, seed {self.seed}"

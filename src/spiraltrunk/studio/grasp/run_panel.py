@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, final
 
 from spiraltrunk.sim.body_meshes import ModelMeshes
 from spiraltrunk.strategies.moves import PHASES
 from spiraltrunk.studio.grasp.course_plots import CoursePlots
 from spiraltrunk.studio.grasp.jobs import Scene, run_grasp
+from spiraltrunk.studio.grasp.kept import KeptGrasp
 from spiraltrunk.studio.grasp.player import Player
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.stage_view import StageView
-from spiraltrunk.studio.grasp.texts import START, describe_frame, describe_phases, describe_result, format_figures
+from spiraltrunk.studio.grasp.texts import (
+    START,
+    describe_frame,
+    describe_phases,
+    describe_reload,
+    describe_result,
+    format_figures,
+)
 from spiraltrunk.studio.page.buttons import add_button
-from spiraltrunk.studio.page.controls import Scale, Slider
+from spiraltrunk.studio.page.controls import Slider
 from spiraltrunk.studio.page.job import STOPPED, Job
+from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.workflows.grasp.recording import RATE, Frames, Recording, join_frames
 
 SLOW = 3
@@ -25,7 +37,10 @@ SLOW = 3
 LATE = 10
 """Reports after which the plots follow a run [-]."""
 
-_TIMELINE = Scale(label="Time", unit="s", least=0.0, most=1.0, step=0.01, hint="Drag to any moment of the grasp")
+_TIMELINE = Scale(
+    label="Time", unit="s", least=0.0, most=1.0, step=1.0 / RATE, digits=3, hint="Drag to any moment of the grasp"
+)
+"""Scale of the timeline, of which a step is one frame."""
 
 
 @final
@@ -45,12 +60,14 @@ class RunPanel:
         """
         self._page, self._view, self._read, self._on_result = page, view, read, on_result
         self._job: Job | None = None
+        self._request: GraspRequest | None = None
         self._meshes: ModelMeshes | None = None
         self._parts: list[Frames] = []
         self._frames: Frames | None = None
         self._index = 0
         self._player = Player(page, self._play_to, self._show_buttons)
         gui = page.gui
+        self._note: Any = gui.add_markdown("", visible=False)
         self._state: Any = gui.add_markdown(START)
         self._run: Any = add_button(page, "Run grasp", self.run, hint="Simulate the grasp and show it", icon=None)
         hint = "End the run; what was computed so far can be looked at"
@@ -73,12 +90,18 @@ class RunPanel:
         """Whether a grasp is being computed."""
         return self._job is not None
 
+    @property
+    def running(self) -> str:
+        """Object and strategy of the grasp that is being computed; empty where none is."""
+        return "" if self._job is None or self._request is None else self._request.label
+
     def run(self) -> None:
         """Start the grasp that is asked for."""
         if self._job is not None:
             return
-        request = self._read()
+        request = self._request = self._read()
         self.clear()
+        self.hide_note()
         self._state.content = "Starting the simulation; the first one on a computer compiles for up to a minute ..."
         self._run.visible, self._stop.visible, self._bar.visible, self._bar.value = False, True, True, 0.0
         self._job = self._page.start(
@@ -111,14 +134,28 @@ class RunPanel:
         self._state.content = START
         self.plots.clear()
 
-    def open(self, meshes: ModelMeshes, frames: Frames, result: dict[str, Any] | None = None) -> None:
-        """Show a grasp that was recorded, with its timeline, the last frame first, and its result."""
-        self._meshes = meshes
+    def open(self, grasp: KeptGrasp) -> None:
+        """Show a grasp that has ended, with its timeline, the last frame first, and its result."""
+        self._request, self._meshes, frames = grasp.request, grasp.recording.meshes, grasp.recording.frames
         with self._page.client.atomic():
-            self._view.draw(meshes, frames)
+            self._view.draw(self._meshes, frames)
         self._open_timeline(frames)
-        if result is not None:
-            self._show_result(result)
+        self._show_result(grasp.request, grasp.result)
+
+    def tell_reload(self, running: str) -> None:
+        """Tell that a reload stopped a grasp, and which one is shown instead.
+
+        Args:
+            running: object and strategy of the grasp that was stopped.
+        """
+        shown = "" if self._frames is None or self._request is None else self._request.label
+        text = describe_reload(running, shown)
+        self._note.content, self._note.visible = f"**Note:** {escape_markdown(text)}", True
+        self._page.notice(text, "warning")
+
+    def hide_note(self) -> None:
+        """Forget that a reload stopped a grasp."""
+        self._note.visible = False
 
     def toggle(self) -> None:
         """Play, or stop playing."""
@@ -163,26 +200,28 @@ class RunPanel:
             self._open_timeline(join_frames(self._parts))
         self._parts = []
         if result is None:
-            self._show_end(reason)
+            self._show_end(request, reason)
             return
-        self._show_result(result)
+        self._page.clear_error("grasp")
+        self._show_result(request, result)
         if self._frames is not None and self._meshes is not None:
             title = f"{request.title}: {result['reason']}"
             self._on_result(request, Recording(title=title, meshes=self._meshes, frames=self._frames), result)
 
-    def _show_result(self, result: dict[str, Any]) -> None:
-        self._result.content, self._result.visible = describe_result(result), True
+    def _show_result(self, request: GraspRequest, result: dict[str, Any]) -> None:
+        self._result.content = f"{_head(request)} {describe_result(result)}"
+        self._result.visible = True
         self._table.content, self._table_folder.visible = format_figures(result), bool(self._frames)
 
-    def _show_end(self, reason: str | None) -> None:
+    def _show_end(self, request: GraspRequest, reason: str | None) -> None:
         if self._frames is None:
             self._state.content = START
         if reason == STOPPED:
             rest = "" if self._frames is None else " The frames so far are in the timeline."
-            self._result.content = f"**Stopped.**{rest}"
+            self._result.content = f"{_head(request)} **Stopped.**{rest}"
         else:
-            self._result.content = f"**Not run:** {reason}"
-            self._page.notice(str(reason))
+            self._result.content = f"{_head(request)} **Not run:** {escape_markdown(str(reason))}"
+            self._page.tell_failure(reason or "the grasp ended without a result", "grasp")
         self._result.visible = True
 
     def _open_timeline(self, frames: Frames) -> None:
@@ -224,8 +263,11 @@ class RunPanel:
             self.plots.mark(time)
 
 
+def _head(request: GraspRequest) -> str:
+    """What a result is of."""
+    return f"*{escape_markdown(request.name)}* by *{request.strategy}*:"
+
+
 def _scale_to(end: float) -> Scale:
-    scale = _TIMELINE
-    return Scale(
-        label=scale.label, unit=scale.unit, least=0.0, most=max(round(end, 1), 0.1), step=scale.step, hint=scale.hint
-    )
+    """Timeline up to a time [s], rounded up so that the last frame lies on it."""
+    return replace(_TIMELINE, most=max(math.ceil(10.0 * end - 1e-6) / 10.0, 0.1))

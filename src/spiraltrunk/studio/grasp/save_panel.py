@@ -11,6 +11,7 @@ from spiraltrunk.studio.grasp.kept import KeptGrasp
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.page.buttons import add_button
 from spiraltrunk.studio.page.job import STOPPED, Job, Work
+from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.grasp.recording import Recording
 
@@ -42,7 +43,8 @@ class SavePanel:
     def offer(self, grasp: KeptGrasp) -> None:
         """Offer the files of a grasp."""
         self._request, self._recording, self._result = grasp.request, grasp.recording, grasp.result
-        self._command.content = f"The same by a command: `{grasp.command} --out DIR --replay FILE.html`"
+        label = f"*{escape_markdown(grasp.request.name)}* by *{grasp.request.strategy}*"
+        self._command.content = f"{label}. The same by a command: `{grasp.command} --out DIR --replay FILE.html`"
         self._folder.visible = True
 
     def clear(self) -> None:
@@ -97,6 +99,7 @@ class SavePanel:
         self._job = None
         self._state.visible = self._bar.visible = self._stop.visible = False
         if content is not None:
+            self._page.clear_error("save")
             self._page.download(name, content)
         elif reason != STOPPED:
-            self._page.notice(f"{name}: {reason}")
+            self._page.notice(f"{name}: {reason}", topic="save")

@@ -20,9 +20,11 @@ from spiraltrunk.studio.grasp.run_panel import RunPanel
 from spiraltrunk.studio.grasp.save_panel import SavePanel
 from spiraltrunk.studio.grasp.stage_view import CAMERA, FIELD, LOOK_AT, StageView
 from spiraltrunk.studio.grasp.texts import RANKING, describe_choice, format_ranking
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.job import STOPPED, Job
+from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
 from spiraltrunk.workflows.grasp.choice.candidates import STAGES, Candidate
 from spiraltrunk.workflows.grasp.recording import Recording
@@ -101,11 +103,12 @@ class GraspTab:
         self._camera.keep()
 
     def read_settings(self) -> dict[str, Any]:
-        """What is picked."""
+        """What is picked, the grasp that is shown, and on a page that is closed the one that was running."""
         return {
             **self._object.read_settings(), "stage": self._stage.value, "strategy": self._strategy.value,
             "friction": self._friction.value, "seed": self._seed.value,
             "grasp": "" if self._done is None else self._done.name,
+            "running": self._run.running if self._page.is_closed else "",
         }  # fmt: skip
 
     def apply_settings(self, settings: dict[str, Any]) -> None:
@@ -121,8 +124,11 @@ class GraspTab:
         self._done = find_grasp(str(settings.get("grasp", "")))
         if self._done is not None:
             self._is_restored = True
-            self._run.open(self._done.recording.meshes, self._done.recording.frames, self._done.result)
+            self._run.open(self._done)
             self._save.offer(self._done)
+        running = settings.get("running")
+        if isinstance(running, str) and running:
+            self._run.tell_reload(running)
 
     def close(self) -> None:
         """Stop what runs; a grasp that has ended is kept for a reload."""
@@ -160,6 +166,7 @@ class GraspTab:
     def _change(self) -> None:
         """Something was picked: what is shown no longer fits it."""
         self._is_stale, self._is_restored = True, False
+        self._run.hide_note()
         if self._is_shown:
             self._page.later("grasp prepare", self._prepare, REST)
 
@@ -172,7 +179,7 @@ class GraspTab:
         try:
             request = self._read()
         except SpiralTrunkError as error:
-            self._told.content = str(error)
+            self._told.content = escape_markdown(str(error))
             return
         asked = request.design, request.name, request.shape.mass, request.stage
         if asked != self._asked:  # Another strategy or seed changes no ranking.
@@ -199,7 +206,7 @@ class GraspTab:
             self._show_choice()
         elif reason != STOPPED:
             self._candidates = ()
-            self._told.content = f"The models cannot tell: {reason}"
+            self._told.content = f"The models cannot tell: {escape_markdown(str(reason))}"
 
     def _show_choice(self) -> None:
         if self._candidates:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from spiraltrunk.strategies.scores import RATE
+from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.recording import Frames
@@ -29,14 +30,14 @@ def describe_choice(strategy: str, candidates: Sequence[Candidate]) -> str:
     if found.feasible:
         reason, factors = _split_reason(found)
         chance = f", predicted chance {found.score:.0%}" if found.score > 0 else ""
-        return f"**{strategy}** can take it{chance}{f' ({factors})' if factors else ''}: {reason}."
-    return f"⚠ **{strategy}** cannot take it: {found.reason}. {best}"
+        return f"**{strategy}** can take it{chance}{f' ({factors})' if factors else ''}: {escape_markdown(reason)}."
+    return f"⚠ **{strategy}** cannot take it: {escape_markdown(found.reason)}. {best}"
 
 
 def format_ranking(candidates: Sequence[Candidate]) -> str:
     """What the models predict for all strategies, a line each."""
     return _CHANCE + "\n".join(
-        f"- **{each.strategy}** {_format_score(each)}: {_split_reason(each)[0]}" for each in candidates
+        f"- **{each.strategy}** {_format_score(each)}: {escape_markdown(_split_reason(each)[0])}" for each in candidates
     )
 
 
@@ -69,6 +70,17 @@ def describe_phases(frames: Frames) -> str:
     return "Phases: " + ", ".join(f"{phase} from {begin:.1f} s" for phase, begin, _ in frames.spans())
 
 
+def describe_reload(running: str, shown: str) -> str:
+    """That a reload stopped a grasp.
+
+    Args:
+        running: object and strategy of the grasp that was stopped.
+        shown: those of the grasp that is shown instead; empty where none is.
+    """
+    rest = f" What is shown is the grasp before, of {shown}." if shown else ""
+    return f"The grasp of {running} was stopped by the reload.{rest}"
+
+
 def describe_result(result: dict[str, Any]) -> str:
     """How a trial ended, in words.
 
@@ -76,8 +88,8 @@ def describe_result(result: dict[str, Any]) -> str:
         result: as `compute_result` gives it.
     """
     if result.get("attempts") == []:
-        return f"**No strategy can take it.** {result['reason']}"
-    head = "**Success.**" if result["success"] else f"**Failed:** {result['reason']}."
+        return f"**No strategy can take it.** {escape_markdown(result['reason'])}"
+    head = "**Success.**" if result["success"] else f"**Failed:** {escape_markdown(result['reason'])}."
     if result["cause"] is not None:
         head += f" Cause: **{result['cause']}** at {result['cause_time_s']:.1f} s."
     if result["success"] and result["hold_s"]:

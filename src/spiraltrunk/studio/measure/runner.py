@@ -10,6 +10,9 @@ from spiraltrunk.studio.page.buttons import add_button
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
 
+TOPIC = "measure"
+"""Topic of the tab's errors, which the next work that succeeds removes."""
+
 
 @final
 class Runner:
@@ -62,6 +65,7 @@ class Runner:
                 return
             self._finish()
             if reason is None:
+                self._page.clear_error(TOPIC)
                 self.say("")
                 done(result)
             elif reason != STOPPED:

@@ -15,12 +15,13 @@ from spiraltrunk.mocap.signal.registration import KINDS
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
 from spiraltrunk.studio.measure import jobs, texts
 from spiraltrunk.studio.measure.picture import MeasurePicture
-from spiraltrunk.studio.measure.runner import Runner
+from spiraltrunk.studio.measure.runner import TOPIC, Runner
 from spiraltrunk.studio.measure.take_folder import TakeFolder, find_folder, keep_folder
 from spiraltrunk.studio.measure.view import Compared, CompareView
 from spiraltrunk.studio.page.buttons import add_button, add_upload
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
 from spiraltrunk.workflows.validate.overlay import RunOverlay
@@ -191,7 +192,7 @@ class MeasureTab:
             self._compare()
 
         self._runner.start(
-            jobs.record_virtual, self._page.design, run, _SEED, str(folder), done=done, failed=self._page.notice
+            jobs.record_virtual, self._page.design, run, _SEED, str(folder), done=done, failed=self._tell_failure
         )
 
     def _ask(self) -> jobs.Question:
@@ -219,13 +220,16 @@ class MeasureTab:
         if self._is_due and self._is_shown and not self._runner.is_busy:
             self._compare()
 
+    def _tell_failure(self, reason: str) -> None:
+        self._page.tell_failure(reason, TOPIC)
+
     def _refuse(self, reason: str) -> None:
         """Show the reason, and remove the take that cannot be read."""
         guilty = [take for take in self._takes.takes if take.file in reason]
         told = self._takes.name_files(reason)
         self._runner.say(texts.format_failed(told))
         if guilty:
-            self._page.notice(told)
+            self._page.notice(told, "refusal")
         if len(guilty) == 1 and guilty[0].file.startswith(str(self._takes.folder / "upload")):
             self._takes.remove(guilty[0])
             self._show_takes()
@@ -233,6 +237,7 @@ class MeasureTab:
 
     def _draw(self, found: tuple[tuple[RunOverlay, ...], dict[str, Any]]) -> None:
         runs, result = found
+        self._page.clear_refusal()
         result["notes"] = [self._takes.name_files(note) for note in result["notes"]]
         self._drop_view()
         names = {take.file: take.name for take in self._takes.takes}
@@ -262,7 +267,7 @@ class MeasureTab:
             self._page.download("validation.zip", Path(file).read_bytes())
 
         self._runner.start(
-            jobs.write_report, self._ask(), str(self._takes.next_file("")), done=done, failed=self._page.notice
+            jobs.write_report, self._ask(), str(self._takes.next_file("")), done=done, failed=self._tell_failure
         )
 
     def _calibrate(self) -> None:
@@ -277,7 +282,7 @@ class MeasureTab:
 
         place = str(self._takes.next_file(""))
         self._runner.start(
-            jobs.calibrate_takes, self._ask(), self._mass.value, place, done=done, failed=self._page.notice
+            jobs.calibrate_takes, self._ask(), self._mass.value, place, done=done, failed=self._tell_failure
         )
 
     def _use_design(self) -> None:

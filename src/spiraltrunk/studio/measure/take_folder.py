@@ -72,6 +72,8 @@ class TakeFolder:
         ending = next((ending for ending in _ENDINGS if name.lower().endswith(ending)), None)
         if ending is None:
             raise TakeError(f"{name!r} is no recording; allowed: a Motive CSV, or C3D")
+        if not content:
+            raise TakeError(f"{name!r} is empty; allowed: a Motive CSV, or C3D, with data")
         if len(self.takes) >= MOST_TAKES:
             raise TakeError(f"there are {MOST_TAKES} takes already; allowed: {MOST_TAKES}; remove them first")
         runs = [one.name for one in self.protocol.runs]
@@ -120,9 +122,7 @@ class TakeFolder:
         self.clear()
         self.protocol_file = str(folder / "protocol.toml")
         self.protocol = load_protocol(self.protocol_file)
-        self.takes = [
-            StoredTake(run=run, file=file, name=f"virtual take {i} of {run}") for i, file in enumerate(files, 1)
-        ]
+        self.takes = [StoredTake(run=run, file=file, name=f"virtual take {i}") for i, file in enumerate(files, 1)]
 
     def next_file(self, ending: str) -> Path:
         """A new path in the folder."""

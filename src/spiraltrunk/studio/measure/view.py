@@ -12,8 +12,9 @@ from spiraltrunk.studio.drawing.axis_end import round_up
 from spiraltrunk.studio.measure import texts
 from spiraltrunk.studio.measure.picture import MeasurePicture
 from spiraltrunk.studio.measure.take_map import draw_map, mark_moment
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.workflows.validate.overlay import RunOverlay
 
 _HEIGHT = 118

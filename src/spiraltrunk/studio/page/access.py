@@ -19,6 +19,10 @@ if (!document.getElementById("spiraltrunk-access")) {
     [data-mantine-color-scheme=dark] [role=tab][aria-selected=true] { color: #56B4E9 !important;
       box-shadow: inset 0 -2px 0 0 #56B4E9 !important; }
     .mantine-Slider-markLabel, .mantine-Notification-description { color: var(--mantine-color-dimmed) !important; }
+    html { overflow: hidden; }
+    body { position: fixed; inset: 0; overflow: clip; }
+    .mantine-Notifications-root { max-height: calc(100% - 2em); overflow-y: auto; }
+    .mantine-ScrollArea-content { box-sizing: border-box; padding-right: 5px; }
     [data-folder]:focus-visible, [role=slider]:focus-visible { outline: 3px solid #56B4E9; outline-offset: 2px; }`;
   document.head.append(style);
   const read = () => {
@@ -57,9 +61,11 @@ if (!document.getElementById("spiraltrunk-access")) {
       head.addEventListener("click", () => keep(name, !isOpen(body)));
     }
   };
-  const nameSliders = () => {
+  const nameBoxes = () => {
     for (const label of document.querySelectorAll("label[for]")) {
       const root = document.getElementById(label.htmlFor);
+      const box = root ? null : label.closest(".mantine-Flex-root")?.querySelector("input");
+      box?.setAttribute("aria-label", label.textContent);
       if (!root?.querySelector("[role=slider]")) continue;
       for (const part of root.parentElement.querySelectorAll("[role=slider], input[inputmode]"))
         if (part.getAttribute("aria-label") !== label.textContent) part.setAttribute("aria-label", label.textContent);
@@ -73,6 +79,9 @@ if (!document.getElementById("spiraltrunk-access")) {
     for (const one of document.querySelectorAll(".mantine-Notification-closeButton"))
       one.setAttribute("aria-label", "Close the notice");
   };
+  document.body.addEventListener("keydown", (event) => {
+    if (event.code.startsWith("Arrow") && event.target.closest("[role=slider], [role=tab]")) event.stopPropagation();
+  });
   const settled = new WeakMap();
   const settlePlots = () => {
     for (const {chart} of Object.values(window.__viserTestpoints?.uplots ?? {})) {
@@ -95,7 +104,7 @@ if (!document.getElementById("spiraltrunk-access")) {
   const look = () => {
     if (waits) return;
     waits = true;
-    setTimeout(() => { waits = false; nameFolders(); nameSliders(); nameIcons(); settlePlots(); }, 200);
+    setTimeout(() => { waits = false; nameFolders(); nameBoxes(); nameIcons(); settlePlots(); }, 200);
   };
   const options = { subtree: true, childList: true, attributes: true, attributeFilter: ["aria-hidden"] };
   new MutationObserver(look).observe(document.body, options);
@@ -103,10 +112,11 @@ if (!document.getElementById("spiraltrunk-access")) {
 }
 """
 """Heads of folders take the focus and open by Enter or Space, and a folder that was opened or closed is found so after
-another tab or a reload; sliders, number boxes and viser's icons have a name; labels, ends of sliders, tabs and notices
+another tab or a reload; sliders, boxes and viser's icons have a name; labels, ends of sliders, tabs and notices
 have a contrast of 5 and more to the ground (viser's: 3.0 and more). A plot is laid out without a width first, and loses
 an axis where data arrive before it has one: its axes are computed again. The keys of tabs and commands also hold where
-a box has the focus, which viser leaves to it."""
+a box has the focus, which viser leaves to it; the arrow keys of a slider or a tab do not turn the scene. The page does
+not scroll, however many notices stand on it, and the scroll bar of the panel covers none of its controls."""
 
 _ICONS = {
     "tabler-icon-list-search": "Commands (Ctrl+K)", "tabler-icon-adjustments": "Connection, view and scene tree",

@@ -5,66 +5,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import Any, final
 
 from spiraltrunk.errors import SpiralTrunkError, StudioError
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale, is_number
 
 REST = 0.8
 """Time without a new value after which the person rests [s]."""
-
-
-_NO_BREAK = "\N{NO-BREAK SPACE}"
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class Scale:
-    """Scale of a slider, in the unit that it shows."""
-
-    label: str
-    """Its label; the unit is added in brackets."""
-    unit: str
-    """Its unit, such as "mm"."""
-    least: float
-    """Smallest value."""
-    most: float
-    """Largest value."""
-    step: float
-    """Smallest change."""
-    hint: str
-    """One line that explains it."""
-    digits: int | None = None
-    """Digits behind the point; None takes those of the step."""
-
-    @property
-    def precision(self) -> int:
-        """Digits behind the point."""
-        return max(0, -math.floor(math.log10(self.step) + 1e-9)) if self.digits is None else self.digits
-
-    @property
-    def text(self) -> str:
-        """Label with unit, in which no line breaks."""
-        return label_with_unit(self.label, self.unit)
-
-    @property
-    def allowed(self) -> str:
-        """The range with its unit, in words."""
-        return f"{self.least:g} to {self.most:g} {self.unit}".rstrip()
-
-    def accepts(self, value: float) -> bool:
-        """Whether a value lies on the scale."""
-        return math.isfinite(value) and self.least <= value <= self.most
-
-    def refuse(self, text: str) -> str:
-        """Why a text is no value of the scale, and what is."""
-        given = " ".join(text.split())[:40]
-        try:
-            float(given)
-        except ValueError:
-            return f"{self.label} was {given!r}; allowed: a number, {self.allowed}, with a point for decimals"
-        return f"{self.label} was {given}; allowed: {self.allowed}"
 
 
 @final
@@ -86,16 +34,16 @@ class Slider:
                 error of ours that it raises takes the value back.
         """
         self._page = page
-        self._scale = scale
+        self._scale = self._usual = scale
         self._on_change = on_change
         self._value = min(max(float(value), scale.least), scale.most)
         self._touched = -math.inf
         self.handle: Any = page.gui.add_slider(
             scale.text, float(scale.least), float(scale.most), float(scale.step), self._shown, hint=scale.hint
         )
-        self.handle.precision = scale.precision
+        self.handle.precision = scale.precision if scale.typed_digits is None else scale.typed_digits
         self._key = f"slider {self.handle._impl.uuid}"
-        self.handle.on_update(lambda _: page.take(self._key, self._take))
+        self.handle.on_update(self._note)
         page.on_text(self.handle._impl.uuid, self)
 
     @property
@@ -113,22 +61,35 @@ class Slider:
         self._value = min(max(float(value), self._scale.least), self._scale.most)
         self._show()
 
-    def widen(self, value: float) -> None:
-        """Move an end of the scale to a value that lies off it."""
-        if not math.isfinite(value) or self._scale.accepts(value):
-            return
-        self._scale = replace(self._scale, least=min(self._scale.least, value), most=max(self._scale.most, value))
-        self.handle.min, self.handle.max = float(self._scale.least), float(self._scale.most)
+    def fit(self, value: float) -> None:
+        """Show a value without calling ``on_change``; the scale is the usual one, or that one up to the value."""
+        scale = self._usual.include(value)
+        if scale != self._scale:
+            self._scale = scale
+            self.handle.min, self.handle.max = float(scale.least), float(scale.most)
+        self.set(value)
 
     def set_scale(self, scale: Scale) -> None:
         """Change the range; the value is moved onto it without calling ``on_change``."""
-        self._scale = scale
+        self._scale = self._usual = scale
         self.handle.min, self.handle.max = float(scale.least), float(scale.most)
         self.set(self._value)
 
     def read_text(self, text: str) -> None:
-        """Refuse what was typed and is no value of the scale; the box has gone back by itself."""
-        self._page.notice(self._scale.refuse(text), "refusal")
+        """Refuse what was typed and is no value of the scale; of a value, tell to what it was rounded."""
+        if is_number(text.strip()) and self._scale.accepts(float(text)):
+            self.tell_later(lambda: self._scale.tell_change(text.strip(), self._value))
+        else:
+            self._page.notice(self._scale.refuse(text), "refusal")
+
+    def tell_later(self, find: Callable[[], str]) -> None:
+        """Tell, once the person rests, how what was given last has been changed: ``find`` says it, or nothing."""
+
+        def tell() -> None:
+            if told := find():
+                self._page.notice(told, "refusal", "Adjusted")
+
+        self._page.later(f"{self._key} tells", tell, REST)
 
     @property
     def _shown(self) -> float:
@@ -146,8 +107,14 @@ class Slider:
         rest = self._touched + REST - time.monotonic()
         if rest > 0.0:
             self._page.later(f"{self._key} shows", self._show, rest)
-        elif float(self.handle.value) != self._shown:
+        elif float(self.handle.value) != self._shown and not math.isclose(float(self.handle.value), self._value):
             self.handle.value = self._shown
+
+    def _note(self, event: Any) -> None:
+        """A value has come; nothing is written over one of a person that is not taken yet."""
+        if event.client is not None:
+            self._touched = time.monotonic()
+        self._page.take(self._key, self._take)
 
     def _take(self) -> None:
         given = float(self.handle.value)
@@ -316,8 +283,3 @@ class Choice:
         self._value = given
         self._on_change(given)
         self._page.clear_refusal()
-
-
-def label_with_unit(label: str, unit: str) -> str:
-    """Label with its unit in brackets, which stay in one line."""
-    return f"{label} [{unit.replace(' ', _NO_BREAK)}]" if unit else label

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from viser import ClientHandle
 
 from spiraltrunk.studio.page.identity import run_script
@@ -31,6 +33,8 @@ if (!window.spiraltrunkDrop) {
     if (files.length !== 1) return tell(`${files.length} files were dropped; allowed: one at a time`);
     const input = inputs.find((one) => takes(one, files[0].name));
     if (!input) {
+      const place = Object.entries({places}).find(([ending]) => files[0].name.toLowerCase().endsWith(ending));
+      if (place) return tell(`${files[0].name} has no place here; ${place[1]} takes it`);
       const endings = inputs.map((one) => one.accept.replaceAll(",", ", ")).join(", ");
       return tell(`${files[0].name} has no place here; ${endings ? "allowed: " + endings : "this view takes no file"}`);
     }
@@ -45,6 +49,15 @@ if (!window.spiraltrunkDrop) {
 shown are in the document."""
 
 
+_MESH = "the tab Grasp, with an object from a file,"
+
+_PLACES = {
+    ".toml": "the tab Design (a design) or Measure (a protocol)", ".csv": "the tab Measure", ".c3d": "the tab Measure",
+    ".stl": _MESH, ".obj": _MESH,
+}  # fmt: skip
+"""What takes a file of each ending."""
+
+
 def open_drop(client: ClientHandle) -> None:
     """Let files be dropped onto a page."""
-    run_script(client, _SCRIPT)
+    run_script(client, _SCRIPT.replace("{places}", json.dumps(_PLACES)))

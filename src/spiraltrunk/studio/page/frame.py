@@ -70,7 +70,7 @@ class Frame:
         bar = page.gui.add_button_group(
             "",
             tuple(tab.title for tab in tabs),
-            hint="Design a trunk, see its shape, run a grasp, compare with recordings, drive the robot; Alt+1 to 5",
+            hint="Alt+1 to 5",
         )
         bar.on_click(lambda _: page.later("tab", lambda: self.show(str(bar.value))))
         for tab in tabs:

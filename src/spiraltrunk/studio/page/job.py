@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, final
 
-from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.errors import DriveError, RunError, SpiralTrunkError
 from spiraltrunk.studio.page.scratch import make_scratch
 
 Work = Callable[..., Any]
@@ -22,8 +22,18 @@ Work = Callable[..., Any]
 STOPPED = "stopped"
 """Reason of a job that the user stopped."""
 
+SERIOUS = (OSError, RunError, DriveError)
+"""Errors of what was under way; any other of ours refuses what was given."""
+
 _PATIENCE = 3.0
 """Time that the process has to end by itself [s]."""
+
+
+@final
+class Refusal(str):
+    """Reason of a job that refused what it was given."""
+
+    __slots__ = ()
 
 
 @final
@@ -72,6 +82,8 @@ class Job:
                 kind, value = self._ours.recv()
                 if kind == "report":
                     on_report(value)
+                elif kind == "refusal":
+                    answer = (None, Refusal(value))
                 else:
                     answer = (value, None) if kind == "result" else (None, value)
         except EOFError:
@@ -111,7 +123,7 @@ def _run(pipe: Connection, work: Work, arguments: tuple[Any, ...]) -> None:
     try:
         say("result", work(lambda value: say("report", value), *arguments))
     except (SpiralTrunkError, OSError) as error:
-        say("error", str(error) or type(error).__name__)
+        say("error" if isinstance(error, SERIOUS) else "refusal", str(error) or type(error).__name__)
     except Exception as error:
         say("error", f"{type(error).__name__}: {error}")
 

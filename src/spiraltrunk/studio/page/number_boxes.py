@@ -45,19 +45,23 @@ if (!window.spiraltrunkNumberBoxes) {
     write.call(box, text);
     box.dispatchEvent(new Event("input", { bubbles: true }));
   };
+  const sendText = (slider, typed) => {
+    const uuid = slider.closest("[id]:not([role=slider])")?.id;
+    window.__viserMutable?.sendMessage({ type: "GuiUpdateMessage", uuid, updates: { value: typed } });
+  };
   const commit = (box) => {
     const typed = edits.has(box) ? end(box) : "";
     if (!typed) return true;
     const slider = findSlider(box), value = read(typed);
     const [least, most] = ["aria-valuemin", "aria-valuemax"].map((name) => Number(slider.getAttribute(name)));
     if (!(value >= least && value <= most)) {
-      const uuid = slider.closest("[id]:not([role=slider])")?.id;
-      window.__viserMutable?.sendMessage({ type: "GuiUpdateMessage", uuid, updates: { value: typed } });
+      sendText(slider, typed);
       return false;
     }
     put(box, value.toLocaleString("en-US", { useGrouping: false, maximumFractionDigits: 20 }));
     const rounded = value.toFixed((box.value.split(".")[1] ?? "").length);
     if (Number(box.value) !== value && box.value !== rounded) put(box, rounded);
+    if (Number(box.value) !== value) sendText(slider, typed);
     return true;
   };
   window.addEventListener("beforeinput", (event) => {
@@ -83,12 +87,12 @@ if (!window.spiraltrunkNumberBoxes) {
   window.addEventListener("focusout", (event) => { commit(event.target); }, true);
 }
 """
-"""Viser's client sends each keystroke: on the way to 40 also 4, and 12 for 1e2, whose e it leaves out. What is typed
-is held back here, so that its client sees the complete number alone. What its client writes into the box meanwhile is
-kept until then; it also writes the box's own text, to move the caret. What is no number of the slider's range is sent
-as the text that was typed, which the server refuses in words. Escape gives the value before. The arrow keys first
-take what was typed, and step from there. Viser's client finds what has changed from what was selected at the last
-key: it is shown all of the text as selected before a number takes its place."""
+"""Viser's client sends each keystroke: on the way to 40 also 4, and 12 for 1e2, whose e it leaves out. What is typed is
+held back here, so that its client sees the complete number alone. What its client writes into the box meanwhile is kept
+until then; it also writes the box's own text, to move the caret. What is no number of the slider's range is sent as the
+text that was typed, which the server refuses in words; of a number that the box rounds, it tells so. Escape gives the
+value before. The arrow keys first take what was typed, and step from there. Viser's client finds what has changed from
+what was selected at the last key: it is shown all of the text as selected before a number takes its place."""
 
 
 def open_number_boxes(client: ClientHandle) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any, Literal, Protocol, final
 from weakref import WeakValueDictionary
@@ -11,9 +12,9 @@ from weakref import WeakValueDictionary
 from viser import ClientHandle, GuiApi, NotificationHandle, SceneApi
 
 from spiraltrunk.design import TrunkDesign
-from spiraltrunk.errors import DriveError, RunError, SpiralTrunkError
+from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.studio.page.act_queue import ActQueue
-from spiraltrunk.studio.page.job import Job, Work
+from spiraltrunk.studio.page.job import SERIOUS, Job, Refusal, Work
 
 Kind = Literal["error", "refusal", "warning", "done"]
 """Kinds of notices; a refusal is of what a person gave, and an error of what was under way."""
@@ -24,14 +25,14 @@ _COLORS: dict[Kind, tuple[int, int, int]] = {
 """Colours of notices, of the palette of Okabe and Ito, that colour-blind people tell apart."""
 
 _TITLES: dict[Kind, str] = {
-    "error": "That did not work", "refusal": "That did not work", "warning": "Note", "done": "Done"
+    "error": "That did not work", "refusal": "Not accepted", "warning": "Note", "done": "Done"
 }  # fmt: skip
 
 _SHOWN = 8.0
 """Time after which a notice that needs no answer goes [s]."""
 
-_SERIOUS = (OSError, RunError, DriveError)
-"""Errors that are told until they are closed, also where an act of a person met them."""
+MOST_ERRORS = 3
+"""Errors that are shown at a time; of more, the oldest goes [-]."""
 
 _PATIENCE = 5.0
 """Time that a page's thread has to end [s]."""
@@ -67,7 +68,7 @@ class Page:
         self._queue = ActQueue(self.try_act)
         self._timers: dict[str, threading.Timer] = {}
         self._lock = threading.Lock()
-        self._refusal: NotificationHandle | None = None
+        self._notices: OrderedDict[str, NotificationHandle] = OrderedDict()
         self.is_closed = False
 
     @property
@@ -119,15 +120,20 @@ class Page:
             self._queue.put(key, act)
 
     def take(self, key: str, act: Callable[[], None], seconds: float = 0.0) -> None:
-        """Run ``act``, which takes what a person gave, as `later` does; an error of it is a refusal."""
+        """Run ``act``, which takes what a person gave, as `later` does; an error of it is a refusal.
+
+        An error of what was under way is shown instead of the last one under the same key, until ``act`` succeeds.
+        """
 
         def take() -> None:
             try:
                 act()
-            except _SERIOUS:
-                raise
+            except SERIOUS as error:
+                self.notice(str(error), topic=key)
             except SpiralTrunkError as error:
                 self.notice(str(error), "refusal")
+            else:
+                self.clear_error(key)
 
         self.later(key, take, seconds)
 
@@ -139,23 +145,46 @@ class Page:
             del self._timers[key]
         self._queue.put(key, act)
 
-    def notice(self, text: str, kind: Kind = "error", title: str | None = None) -> None:
-        """Show a message: an error until it is closed, others for some seconds; a refusal replaces the last one."""
+    def notice(self, text: str, kind: Kind = "error", title: str | None = None, *, topic: str = "") -> None:
+        """Show a message: an error until it is closed, others for some seconds.
+
+        It replaces the last one of its kind, an error the last one of its topic. At most `MOST_ERRORS` are shown.
+
+        Args:
+            text: the message.
+            kind: its kind.
+            title: its title, where it is not that of its kind.
+            topic: what an error is about, for `clear_error`.
+        """
         if self.is_closed:
             return
-        if kind == "refusal":
-            self.clear_refusal()
+        name = f"error {topic}" if kind == "error" else kind
+        self._remove_notice(name)
         seconds = None if kind == "error" else _SHOWN
         shown = self.client.add_notification(
             title or _TITLES[kind], text, color=_COLORS[kind], auto_close_seconds=seconds
         )
-        if kind == "refusal":
-            self._refusal = shown
+        with self._lock:
+            self._notices[name] = shown
+            errors = [each for each in self._notices if each.startswith("error ")]
+        for oldest in errors[:-MOST_ERRORS]:
+            self._remove_notice(oldest)
+
+    def tell_failure(self, reason: str, topic: str = "") -> None:
+        """Tell why work of `start` failed: as a refusal where it refused what it was given."""
+        self.notice(reason, "refusal" if isinstance(reason, Refusal) else "error", topic=topic)
 
     def clear_refusal(self) -> None:
         """Remove the last refusal: what was given since has been taken."""
+        self._remove_notice("refusal")
+
+    def clear_error(self, topic: str) -> None:
+        """Remove the error of a topic: what it was about has succeeded since."""
+        self._remove_notice(f"error {topic}")
+
+    def _remove_notice(self, name: str) -> None:
         with self._lock:
-            last, self._refusal = self._refusal, None
+            last = self._notices.pop(name, None)
         if last is not None:
             last.remove()
 

@@ -7,6 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.report.style import COLORS
 from spiraltrunk.studio.drawing.axis_end import round_up
 from spiraltrunk.studio.drawing.plot_lines import DASHES, label_axes
@@ -58,7 +59,7 @@ class Gauges:
         self._folder.visible = True
         self._n_drawn += 1
         time = np.array([state.snapshot.time for state in states])
-        for i, values in enumerate(_collect(states, count)):
+        for i, values in enumerate(collect_values(states, count)):
             ends = find_ends(values, *_PLOTS[i][1:])
             if ends != self._ends[i] or self._n_drawn == SETTLED:
                 self._ends[i], self._plots[i].scales = ends, _scale(ends)
@@ -98,11 +99,15 @@ def _scale(ends: tuple[float, float]) -> Any:
     return {"x": {"time": False, "range": (-_SHOWN, 0.0)}, "y": {"range": ends}}
 
 
-def _collect(states: Sequence[RobotState], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pulls [mm], tensions [N] and temperatures [°C], shape (n_state, n_cable); no pull is known before homing."""
+def collect_values(states: Sequence[RobotState], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pulls [mm], tensions [N] and temperatures [°C], shape (n_state, n_cable).
+
+    No pull is known before homing, and no tension while the torque is off.
+    """
     rows = [state.snapshot.cables for state in states]
     pull = np.array([[1e3 * cable.pull for cable in row] for row in rows])
     pull[[not state.snapshot.is_homed for state in states]] = np.nan
     tension = np.array([[cable.tension for cable in row] for row in rows])
+    tension[[state.snapshot.mode is not Mode.ARMED for state in states]] = np.nan
     temperature = np.array([[cable.temperature for cable in row] for row in rows])
     return pull[:, :count], tension[:, :count], temperature[:, :count]

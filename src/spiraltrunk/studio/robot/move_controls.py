@@ -8,8 +8,9 @@ from typing import final
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.errors import StudioError
 from spiraltrunk.studio.page.buttons import add_button
-from spiraltrunk.studio.page.controls import Scale, Slider
+from spiraltrunk.studio.page.controls import Slider
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.workflows.drive.remote.requests import SPEED_LEAST, SPEED_MOST, STEP_MOST, Jog, Limit, Move, Request
 from spiraltrunk.workflows.drive.remote.service import SPEED, TENSION

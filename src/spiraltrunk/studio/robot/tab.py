@@ -21,7 +21,14 @@ from spiraltrunk.studio.robot.move_controls import MoveControls
 from spiraltrunk.studio.robot.pose_controls import PoseControls
 from spiraltrunk.studio.robot.stop_panel import StopPanel
 from spiraltrunk.studio.robot.strategy_controls import StrategyControls
-from spiraltrunk.studio.robot.texts import format_cables, format_faults, format_status
+from spiraltrunk.studio.robot.texts import (
+    CLEAR_FAULT,
+    CLEAR_STOP,
+    format_cables,
+    format_faults,
+    format_status,
+    is_stop,
+)
 from spiraltrunk.studio.robot.twin_picture import TwinPicture
 from spiraltrunk.workflows.drive.remote.requests import Arm, Clear, Disarm, Home, Request
 from spiraltrunk.workflows.drive.remote.setup import RobotSetup
@@ -62,7 +69,7 @@ class RobotTab:
             "connect": add_button(page, "Connect", self._connect, hint="Starts the robot's process; nothing moves"),
             "take": add_button(page, "Take control", self._take, hint="One page at a time can move the robot"),
             "clear": add_button(
-                page, "I found the cause: clear the fault", lambda: self._ask(Clear(self.name_of_page)),
+                page, CLEAR_FAULT, lambda: self._ask(Clear(self.name_of_page)),
                 hint="Leads to safe, never to torque", color=(184, 74, 0),
             ),
             "home": add_button(
@@ -180,6 +187,9 @@ class RobotTab:
         for name, visible in shown.items():
             if self._buttons[name].visible != visible:
                 self._buttons[name].visible = visible
+        label = CLEAR_STOP if state is not None and is_stop(state) else CLEAR_FAULT
+        if self._buttons["clear"].label != label:
+            self._buttons["clear"].label = label
         self._robot.handle.visible = not self._hub.is_connected
         self._moves_folder.visible = is_armed
         self._strategy_folder.visible = state is not None and state.is_twin

@@ -20,6 +20,14 @@ _BADGES = {
 
 _FIRST = "The twin is a simulation of the robot: connect it to try everything without hardware."
 
+_STOPPED = "Clear the stop to go on."
+
+CLEAR_FAULT = "I found the cause: clear the fault"
+"""Label of the button that clears a fault."""
+
+CLEAR_STOP = "Clear the stop"
+"""Its label where a person's STOP is the only fault."""
+
 _TITLES = ("cable", "pulled in [mm]", "goal [mm]", "tension [N]", "motor [&deg;C]")
 
 
@@ -65,7 +73,7 @@ def _advise(state: RobotState | None, name: str, *, owner: str, is_mine: bool) -
         "safe": "No torque. " + ("Enable it to move." if state.snapshot.is_homed else "Home it first."),
         "homing": "Cables are wound in until they are taut.",
         "armed": "Torque is on. Keep this page in front.",
-        "fault": "Torque is off. Look for the cause, then clear it.",
+        "fault": "Torque is off. " + (_STOPPED if is_stop(state) else "Look for the cause, then clear it."),
     }.get(name, "")
 
 
@@ -101,7 +109,7 @@ def _format_loop(state: RobotState) -> str:
     clock = "twin behind the clock" if state.is_twin else "loop late"
     return (
         f'<div style="opacity:.8;margin-top:4px">{clock} by {1e3 * late.p50:.1f} ms (median), {1e3 * late.p99:.1f} ms '
-        f"(99&nbsp;%); {100 * state.snapshot.loss:.1f}&nbsp;% of feedback lost; {page}</div>"
+        f"(99th&nbsp;percentile); {100 * state.snapshot.loss:.1f}&nbsp;% of feedback lost; {page}</div>"
     )
 
 
@@ -120,10 +128,17 @@ def format_faults(state: RobotState) -> str:
 def _format_fault(fault: Fault, note: str) -> str:
     """Kind, time and text; a stop that no person asked for has its cause in the note."""
     kind, text = fault.kind.value, fault.text
-    if fault.kind is FaultKind.STOPPED and note:
-        kind, text = "stopped", note
+    if fault.kind is FaultKind.STOPPED:
+        kind, text = ("stopped", note) if note else (kind, "")
     where = "" if fault.cable is None else f", cable {fault.cable + 1}"
-    return f"<b>{html.escape(kind)}{where}</b>, {fault.time:.2f} s: {html.escape(text)}"
+    reason = f": {html.escape(text)}" if text else ""
+    return f"<b>{html.escape(kind)}{where}</b>, {fault.time:.2f} s{reason}"
+
+
+def is_stop(state: RobotState) -> bool:
+    """Whether a person's STOP is the only fault, so that there is no cause to look for."""
+    faults = state.snapshot.faults
+    return bool(faults) and not state.note and all(fault.kind is FaultKind.STOPPED for fault in faults)
 
 
 def format_closed(state: RobotState, *, is_mine: bool) -> str:

@@ -79,6 +79,8 @@ class _Guard:
             )
         else:
             self._gui._handle_file_transfer_start(client_id, message)
+            if parts == 0:
+                self._remove_progress(message)
 
     def _take_part(self, client_id: Any, message: _messages.FileTransferPart) -> None:
         """Take a part of a file; one that grows beyond its announced size is dropped."""
@@ -89,6 +91,8 @@ class _Guard:
             self._refuse(message, state["total_bytes"], "the file is larger than announced; allowed: its true size")
             return
         self._gui._handle_file_transfer_part(client_id, message)
+        if state is not None and message.transfer_uuid not in running:
+            self._remove_progress(message)
 
     def _refuse(self, message: Any, size: int, reason: str) -> None:
         """Tell why a file is not taken, and end and remove the progress that the page shows of it."""
@@ -98,9 +102,13 @@ class _Guard:
                 transferred_bytes=size, total_bytes=size,
             )
         )  # fmt: skip
+        self._remove_progress(message)
+        self._complain(reason)
+
+    def _remove_progress(self, message: Any) -> None:
+        """Remove the progress of a transfer that has ended: whether the file was of use, the tab that gets it tells."""
         progress = _messages.RemoveNotificationMessage(uuid=f"upload-{message.transfer_uuid}")
         self._connection.queue_message(progress)
-        self._complain(reason)
 
 
 def is_plain(value: Any) -> bool:

@@ -10,8 +10,9 @@ import numpy as np
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.model.kinematics.cable_modes import build_cable_modes
-from spiraltrunk.studio.page.controls import Scale, Slider
+from spiraltrunk.studio.page.controls import Slider
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 
 _MODES = {
     "mean": ("Mean of all", "Mean of all pulls: lower leaves slack, higher winds the cables against each other"),

@@ -9,8 +9,9 @@ import numpy as np
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
-from spiraltrunk.studio.page.controls import Scale, Slider, Switch
+from spiraltrunk.studio.page.controls import Slider, Switch
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.studio.shape import texts
 from spiraltrunk.studio.shape.cable_controls import CableControls
 from spiraltrunk.studio.shape.compile_models import compile_models
