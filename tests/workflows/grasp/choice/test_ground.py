@@ -45,6 +45,13 @@ def test_what_is_too_tall_over_every_ground_is_refused_in_words():
         _ground(LARGE, "cylinder:diameter_mm=40,height_mm=400,mass_g=150")
 
 
+def test_a_choice_has_the_ground_over_which_the_arm_is_not_straight_at_the_end_of_the_carry():
+    """Lifted over its place this box is within reach at 0.60 m, carried aside it is at the arm's very end."""
+    for shape, ground in (("box:x_mm=34,y_mm=25,z_mm=58,mass_g=23", GROUNDS[1]), ("cube-28", GROUNDS[0])):
+        auto = Auto(PAPER)
+        assert set_ground(PAPER, draw_scene(parse_object(shape), 0, strategy=auto), auto).ground == ground
+
+
 def test_other_scenes_are_left_alone():
     wrap = strategies.get("wrap-vertical")
     hung = draw_scene(parse_object("cylinder-60"), 0, strategy=wrap)

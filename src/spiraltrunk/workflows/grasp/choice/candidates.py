@@ -120,7 +120,9 @@ def _assess_plan(
         return refuse(f"base beyond the arm's reach by {_format(short)}")
     if turn > TURN_SLACK:
         return refuse(f"base beyond the arm's reach: it ends {math.degrees(turn):.0f} deg askew")
-    room = _room_above(reach, observation.arm_position, max(frames, key=lambda frame: float(frame[2, 3])))
+    top = max(float(frame[2, 3]) for frame in frames)
+    highest = {tuple(frame[:2, 3].round(3)): frame for frame in frames if frame[2, 3] > top - REACH_SLACK}
+    room = min(_room_above(reach, observation.arm_position, frame, top) for frame in highest.values())
     factor = margin_factor(room, AMPLE_REACH)
     reason = assessment.reason + format_factor("reach", factor)
     return Assessment(feasible=True, score=assessment.score * factor, reason=reason)
@@ -149,10 +151,10 @@ def _approach(reach: ArmReach, q: np.ndarray, frame: np.ndarray) -> np.ndarray:
     return q
 
 
-def _room_above(reach: ArmReach, q: np.ndarray, frame: np.ndarray) -> float:
-    """How far above a frame the arm still reaches, up to AMPLE_REACH [m]."""
+def _room_above(reach: ArmReach, q: np.ndarray, frame: np.ndarray, top: float) -> float:
+    """How far above the height ``top`` [m] the arm still reaches over the place of a frame, up to AMPLE_REACH [m]."""
     above = frame.copy()
-    above[2, 3] += AMPLE_REACH
+    above[2, 3] = top + AMPLE_REACH
     short, _ = follow_frames(reach, q, [frame, above])
     return max(0.0, AMPLE_REACH - short)
 
