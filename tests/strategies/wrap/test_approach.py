@@ -53,7 +53,7 @@ def test_round_and_narrow_objects_are_taken_from_ahead(name, yaw_deg):
     assert not is_turned(_task(name, yaw_deg))
 
 
-@pytest.mark.parametrize("yaw_deg", np.arange(-90.0, 90.0, 7.0))
+@pytest.mark.parametrize("yaw_deg", np.arange(-90.0, 90.0, 12.0))
 def test_a_wide_square_box_is_approached_at_its_corner_wherever_a_turn_reaches_that(yaw_deg):
     task = _task("box-80", yaw_deg)
     turn = find_turn(task, 0.0)
@@ -70,7 +70,7 @@ def test_the_least_turn_is_taken(yaw_deg, turn_deg):
     assert math.degrees(find_turn(_task("box-80", yaw_deg), 0.0)) == pytest.approx(turn_deg)
 
 
-@pytest.mark.parametrize("yaw_deg", np.arange(-90.0, 90.0, 15.0))
+@pytest.mark.parametrize("yaw_deg", np.arange(-90.0, 90.0, 30.0))
 def test_the_longer_side_is_brought_across_the_way(yaw_deg):
     task = _task(OBLONG, yaw_deg)
     before, turn = task.target.side_yaw % math.pi, find_turn(task, 0.0)
@@ -84,7 +84,7 @@ def test_the_longer_side_is_brought_across_the_way(yaw_deg):
 
 
 def test_a_distal_wrap_turns_less():
-    turns = [find_turn(_task(LOW, yaw), 0.0, is_distal=True) for yaw in np.arange(-90.0, 90.0, 5.0)]
+    turns = [find_turn(_task(LOW, yaw), 0.0, is_distal=True) for yaw in np.arange(-90.0, 90.0, 15.0)]
     assert min(turns) == DISTAL_RIGHT
     assert max(turns) == LEFT
 
@@ -95,7 +95,7 @@ def test_an_unknown_yaw_turns_nothing():
     assert find_turn(unknown, 0.0) == 0.0
 
 
-@pytest.mark.parametrize("name", ["wrap-oblique-low", "wrap-oblique", "wrap-horizontal"])
+@pytest.mark.parametrize("name", ["wrap-oblique-low", pytest.param("wrap-horizontal", marks=pytest.mark.slow)])
 def test_the_whole_plan_is_turned_about_the_object(name):
     """All moves round the object, up to the carry, are those without a turn, turned about the vertical through it."""
     strategy = strategies.get(name)

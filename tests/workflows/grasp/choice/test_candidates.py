@@ -76,8 +76,14 @@ def test_a_thing_that_is_longer_than_the_loop_is_wide_is_refused_by_its_corners(
     ("measures", "told"),
     [
         ("x_mm=100,y_mm=70,z_mm=150,mass_g=800", "too heavy by 229 g: the trunk holds 571 g for a thing with unequal"),
-        ("x_mm=135,y_mm=50,z_mm=150,mass_g=200", "too long for the trunk's loop by 5 mm: its longer side is 135 mm"),
-        ("x_mm=90,y_mm=85,z_mm=100,mass_g=200", "too short for its width: 100 mm tall, a loop of 111 mm needs 111 mm"),
+        pytest.param(
+            "x_mm=135,y_mm=50,z_mm=150,mass_g=200", "too long for the trunk's loop by 5 mm: its longer side is 135 mm",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "x_mm=90,y_mm=85,z_mm=100,mass_g=200", "too short for its width: 100 mm tall, a loop of 111 mm needs 111",
+            marks=pytest.mark.slow,
+        ),
     ],
 )  # fmt: skip
 def test_what_wraps_lost_in_trials_is_refused(measures, told):
@@ -87,6 +93,7 @@ def test_what_wraps_lost_in_trials_is_refused(measures, told):
     assert next(iter(reasons)).startswith(told)
 
 
+@pytest.mark.slow
 def test_square_ones_of_the_same_mass_or_height_are_taken():
     for measures in ("x_mm=84,y_mm=84,z_mm=150,mass_g=800", "x_mm=70,y_mm=70,z_mm=85,mass_g=200"):
         found = rank_object(PAPER, parse_object(f"box:{measures}"))

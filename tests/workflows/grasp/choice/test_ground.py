@@ -45,6 +45,7 @@ def test_what_is_too_tall_over_every_ground_is_refused_in_words():
         _ground(LARGE, "cylinder:diameter_mm=40,height_mm=400,mass_g=150")
 
 
+@pytest.mark.slow
 def test_a_choice_has_the_ground_over_which_the_arm_is_not_straight_at_the_end_of_the_carry():
     """Lifted over its place this box is within reach at 0.60 m, carried aside it is at the arm's very end."""
     for shape, ground in (("box:x_mm=34,y_mm=25,z_mm=58,mass_g=23", GROUNDS[1]), ("cube-28", GROUNDS[0])):
@@ -116,6 +117,7 @@ def test_what_is_approached_turned_stands_where_the_arm_has_room(name):
     assert after >= 1.0
 
 
+@pytest.mark.slow
 def test_a_choice_among_strategies_has_that_place_too():
     box = parse_object("box:x_mm=80,y_mm=80,z_mm=240,mass_g=300")
     auto = Auto(PAPER)
