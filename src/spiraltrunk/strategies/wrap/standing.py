@@ -28,8 +28,7 @@ which unwinds last, until it holds by little and the trunk springs open (in 40 m
 Limits: upright objects up to about 1 kg, from about 80 mm of height on, as the housing has to clear the ground.
 Slender ones are taken above their middle by the oblique wraps, where the head can turn away the whole lean. What is not
 round is taken for the cylinder of the same girth, from a direction that suits how it is turned (`approach`), as far as
-the arm can turn. The cables pull in every direction. A camera sees where the
-object stands and how it leans.
+the arm can turn. The cables pull in every direction. A camera sees where the object stands and how it leans.
 """
 
 from __future__ import annotations

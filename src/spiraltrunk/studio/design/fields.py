@@ -35,7 +35,6 @@ _LABELS = {
 _STEPS = 200
 """Least number of steps of a slider [-]."""
 
-
 TYPED_DIGITS = 6
 """Digits behind the point that are taken of a typed number, though fewer are shown [-]."""
 

@@ -83,15 +83,9 @@ class Parameters:
         least, most = (1.0, 89.0) if name == "delta_theta" else (allowed.least, allowed.most)
         step, digits = (0.05, 3) if name in ("m", "turns") else (0.5, 2 if unit == "deg" else 1)
         scale = Scale(
-            label=label,
-            unit=unit,
-            least=least,
-            most=most,
-            step=step,
-            digits=digits,
-            typed_digits=TYPED_DIGITS,
+            label=label, unit=unit, least=least, most=most, step=step, digits=digits, typed_digits=TYPED_DIGITS,
             hint=hint,
-        )
+        )  # fmt: skip
 
         def read(shown: TrunkDesign) -> float:
             return float(getattr(read_rules(shown), name) / size)

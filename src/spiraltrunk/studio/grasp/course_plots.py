@@ -17,8 +17,8 @@ POINTS = 250
 MARK = "#888888"
 """Colour of the line at the time that is shown."""
 
-
 _ZERO = "Rise: height of the object's centre above its place at the start, in all phases, not the lift alone."
+"""What the rise in the plots is measured from."""
 
 
 @final

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from spiraltrunk import strategies
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
@@ -18,12 +17,8 @@ from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.assessment import assess
-from spiraltrunk.strategies.wrap.approach import is_turned
-from spiraltrunk.strategies.wrap.standing import StandingWrap
 from spiraltrunk.workflows.grasp.choice.auto import Auto
-from spiraltrunk.workflows.grasp.choice.candidates import list_strategies
-from spiraltrunk.workflows.grasp.choice.place import choose_place
+from spiraltrunk.workflows.grasp.choice.place import choose_place, place_for_wrap
 
 GROUNDS = (0.60, 0.45, 0.30)
 """Heights of the ground, the usual first, each tried where the arm does not reach over the one before [m] (ours)."""
@@ -43,37 +38,24 @@ def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
     """The scene with the ground for a strategy (`choose_ground`), or for a choice among strategies.
 
     A choice among strategies takes the ground on which its best candidate scores highest: a lower ground brings tall
-    objects into reach of the fingers, and takes the standing wraps out of the arm's reach.
+    objects into reach of the fingers, and takes the standing wraps out of the arm's reach. Where a wrap is to come to
+    the object from its side, the object's place suits that (`place_for_wrap`).
 
     Raises:
         ModelError: where the arm reaches high enough over no ground, or the strategy cannot plan for the object.
     """
     if not isinstance(strategy, Auto):
         return choose_ground(design, options, strategy)
-    options = _place_for_wrap(design, options, strategy)
+    if not _is_usual(options):
+        return options
+    options = place_for_wrap(design, options, strategy)
     try:
         if choose_ground(design, options, strategy) is options:
-            return options  # All candidates reach over the usual ground, or the scene has its own.
+            return options  # All candidates reach over the usual ground.
     except ModelError:
         pass  # Over no ground does the arm reach high enough for all candidates; the ranking finds for which it does.
     scenes = (_with_ground(options, ground) for ground in list_grounds(design, ArmReach(design)))
     return max(scenes, key=lambda scene: _best_score(design, scene, strategy))
-
-
-def _place_for_wrap(design: TrunkDesign, options: SceneOptions, auto: Auto) -> SceneOptions:
-    """The scene with the object where an approach that is turned suits the arm, if a wrap is to take it."""
-    task = auto.grasp_task(build_task(design, options))
-    if options.support != "ground" or options.ground != GROUNDS[0] or not is_turned(task):
-        return options
-    names = list_strategies(options.support)
-    found = {name: assess(strategies.get(name), task) for name in names}
-    best = strategies.get(max(names, key=lambda name: found[name].score))
-    if not isinstance(best, StandingWrap) or not found[best.name].feasible:
-        return options
-    try:
-        return choose_place(design, options, best, ArmReach(design))
-    except ModelError:  # The ranking tells why.
-        return options
 
 
 def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
@@ -85,7 +67,7 @@ def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy
     Raises:
         ModelError: where the arm reaches high enough over none of them, or the strategy cannot plan for the object.
     """
-    if options.support != "ground" or options.ground != GROUNDS[0]:
+    if not _is_usual(options):
         return options
     arm, tops = ArmReach(design), []
     grounds = list_grounds(design, arm)
@@ -104,6 +86,11 @@ def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy
         f"the base is {1e2 * tops[-1]:.0f} cm beyond the arm's reach when the object is lifted, over a ground of "
         f"{grounds[-1]:g} m; allowed: lower objects or shorter fingers"
     )
+
+
+def _is_usual(options: SceneOptions) -> bool:
+    """Whether a scene has the usual ground: not another one of its own, and no strings."""
+    return options.support == "ground" and options.ground == GROUNDS[0]
 
 
 def list_grounds(design: TrunkDesign, arm: ArmReach) -> tuple[float, ...]:

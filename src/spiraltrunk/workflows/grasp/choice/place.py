@@ -1,6 +1,7 @@
-"""Place of a standing object: the usual one, or one further ahead where the arm would come near its limits.
+"""Place of a standing object: the usual one, or one further away where the arm would come near its limits.
 
-The base of a trunk that wraps a standing object stands behind it, by more the longer the trunk is.
+The base of a trunk that wraps a standing object stands behind it, by more the longer the trunk is, and nearer to the
+arm's foot the further the approach is turned (`strategies.wrap.approach`).
 """
 
 from __future__ import annotations
@@ -10,20 +11,26 @@ from typing import Any
 
 import numpy as np
 
+from spiraltrunk import strategies
 from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import PEDESTAL_CENTER, PEDESTAL_SIZE, build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.assessment import assess
+from spiraltrunk.strategies.wrap.approach import is_turned
+from spiraltrunk.strategies.wrap.standing import StandingWrap
 from spiraltrunk.strategies.wrap.standing_plan import WRIST
+from spiraltrunk.workflows.grasp.choice.candidates import list_strategies
 
 AHEAD = (0.0, 0.05, 0.10, 0.15, 0.20)
 """Displacements of the object along the world's y, ahead of a standing wrap's base, in the order in which they are
 tried [m] (ours)."""
 
 BESIDE = tuple((x, y) for x in (0.06, 0.12, 0.18, 0.24) for y in (0.0, 0.10))
-"""Further displacements along the world's x and y, for approaches that are turned [m] (ours)."""
+"""Further displacements along the world's x, away from the arm, and y, which turned approaches need [m] (ours)."""
 
 MARGIN = np.radians(13.0)
 """Distance of every joint from the ends of its range, on the way of an object that stands where it is announced [rad]
@@ -42,8 +49,9 @@ _PERIOD, _STEPS = 0.1, 60
 
 
 def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach) -> SceneOptions:
-    """The scene with the object at the first place at which the arm keeps `MARGIN` and `GEARING`, else at the best one.
+    """The scene with the object at the first place that suits the arm, else at the best one.
 
+    There the arm keeps `MARGIN`, `GEARING` and `PEDESTAL_ROOM`.
     A scene for a strategy that tells no path of the base, or of an arm whose joints have no range, stays as it is.
 
     Raises:
@@ -61,14 +69,35 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
     return best
 
 
+def place_for_wrap(design: TrunkDesign, options: SceneOptions, choice: Strategy[Any]) -> SceneOptions:
+    """The scene with the object where a turned approach suits the arm, if a choice would give the object to a wrap.
+
+    Args:
+        design: the trunk.
+        options: a scene with the usual ground.
+        choice: the strategy that chooses among others.
+    """
+    task = choice.grasp_task(build_task(design, options))
+    if not is_turned(task):
+        return options
+    names = list_strategies(options.support)
+    found = {name: assess(strategies.get(name), task) for name in names}
+    best = strategies.get(max(names, key=lambda name: found[name].score))
+    if not isinstance(best, StandingWrap) or not found[best.name].feasible:
+        return options
+    try:
+        return choose_place(design, options, best, ArmReach(design))
+    except ModelError:  # The ranking tells why.
+        return options
+
+
 def _find_ease(
     design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach, least: float = -np.inf
 ) -> float | None:
-    """Ease of the planned path for the arm: from 1 on it keeps `MARGIN` and `GEARING` [-]; None where none is known.
+    """Ease of the planned path for the arm, from 1 on where it suits the arm [-]; None where no path is known.
 
     Least distance of a joint from the ends of its range over `MARGIN`, `GEARING` over the largest one, or the gap to
-    the pedestal over `PEDESTAL_ROOM`, whichever is less. A path whose ease falls to ``least`` is
-    not followed further.
+    the pedestal over `PEDESTAL_ROOM`, whichever is less. A path whose ease falls to ``least`` is not followed further.
     """
     path = strategy.base_path(_observe_start(strategy.grasp_task(build_task(design, options)), arm))
     if path is None or arm.limits.position is None:

@@ -45,5 +45,10 @@ def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Targe
         is_up = abs(float(axis[2])) > _FALLEN
         axis, height = (np.array([0.0, 0.0, 1.0]), target.length / 2) if is_up else (axis, target.width / 2)
     return replace(
-        target, position=np.array([*position[:2], ground + height]), axis=axis, profile=None, longer_side=0.0
+        target,
+        position=np.array([*position[:2], ground + height]),
+        axis=axis,
+        profile=None,
+        longer_side=0.0,
+        side_yaw=None,
     )
