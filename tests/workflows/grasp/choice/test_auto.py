@@ -225,9 +225,9 @@ def test_a_real_trial_succeeds_by_the_first_choice():
 
 @pytest.mark.slow
 def test_a_real_second_try_succeeds_where_the_first_set_the_object_down_beside_its_place():
-    rng = np.random.default_rng([23, 2004])  # As in the benchmark of everyday things.
+    rng = np.random.default_rng([23, 9618])  # As in the benchmark of everyday things.
     shape = draw_everyday(rng, width=(0.040, 0.080), height=(0.080, 0.240), mass=(0.020, 0.400)).shape
-    trial = run_trial(PAPER, shape, strategy="auto", seed=2004)
+    trial = run_trial(PAPER, shape, strategy="auto", seed=9618)
     first, second = trial.log.state.attempts
     assert "cm from its place" in first.outcome
     assert second.strategy != first.strategy
