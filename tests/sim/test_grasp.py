@@ -141,6 +141,17 @@ def test_a_kilogram_and_a_half_is_lifted_carried_and_set_down():
     assert run_trial(PAPER, shape, seed=2, spread=EXACT).verdict.reason == "success"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_heavy_is_carried_so_gently_that_it_does_not_bob(seed):
+    shape = parse_object("cylinder:diameter_mm=60,height_mm=240,mass_g=1200")
+    trial = run_trial(PAPER, shape, seed=seed, spread=EXACT)
+    assert trial.verdict.reason == "success"
+    hold = trial.log.span("transport", "hold")
+    heights = [sample.object_position[2] for sample in trial.plant.trace if hold[0] <= sample.time <= hold[1]]
+    assert np.ptp(heights) < 0.015
+
+
 class Reached(Exception):
     """The action that was waited for has come."""
 

@@ -38,7 +38,7 @@ def test_a_recorded_trial_is_the_surveys(tmp_path: Path) -> None:
     assert np.array_equal(episode.time, episode.state[:, 0])
     assert episode.scene.startswith("<mujoco")
     assert "/" not in "".join(part.partition('"')[0] for part in episode.scene.split('file="')[1:])
-    assert {"touch", "strike"} & set(episode.action)
+    assert {"turn", "kick", "watch"} <= set(episode.action)
     seen, commands = restore_observations(episode), restore_commands(episode)
     np.testing.assert_array_equal(encode_agent(seen[0]), episode.frames.agent[0])
     before = Command(T_world_base=seen[0].T_world_base, cable_tension=np.zeros(3))

@@ -14,7 +14,7 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.strategies.moves import Move, MoveSequence, advance, base_position, edit_moves, insert_next
 from spiraltrunk.strategies.sensing import base_directions, find_ventral, ventral_pull
-from spiraltrunk.strategies.timing import still_time, stretch, travel_time
+from spiraltrunk.strategies.timing import ACCELERATION, still_time, stretch, travel_time
 from spiraltrunk.strategies.wrap.hung_model import Wrap, predict_wrap, unrolled_center, wrap_tension
 
 # All of these are ours, tuned in simulated trials.
@@ -39,6 +39,9 @@ BACK_OFF = 0.15
 cylinders rock between the rims of their place for a second."""
 DRAG = 0.04
 """Distance by which the opening trunk drags an object that does not roll [-]: it is set down short by as much."""
+LIVELY = 0.5
+"""Mass up to which a wrap is carried at the full acceleration [kg]: what is twice as heavy takes twice the time. At the
+full one 1.2 kg bob by 20 mm on the trunk after the carry, and no hold counts."""
 PRESS_SPEED = 0.15
 """Greatest speed at which the trunk comes to touch the object [m/s]: a faster one knocks the object off and follows."""
 CURL_TIME = 2.3
@@ -139,16 +142,17 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
     away, here = opened - WITHDRAWAL * length * ahead, observation.T_world_base[:3, 3]
     aside = beside - CLEARANCE * length * ahead
+    gentle = ACCELERATION * min(1.0, LIVELY / target.mass) ** 2
     return (
         wrap_move("approach", still_time(design, aside - here), aside, slack),
         wrap_move("touch", travel_time(touching - aside, speed=PRESS_SPEED), touching, slack),
         wrap_move("curl", CURL_TIME, wrapped, pull),
         wrap_move("settle", SETTLE_TIME, wrapped, pull),
         wrap_move("heft", HEFT_TIME, hefted, pull),
-        wrap_move("lift", travel_time(lifted - hefted), lifted, pull),
-        wrap_move("carry", travel_time(over - lifted), over, pull),
+        wrap_move("lift", travel_time(lifted - hefted, acceleration=gentle), lifted, pull),
+        wrap_move("carry", travel_time(over - lifted, acceleration=gentle), over, pull),
         wrap_move("hold", goal.hold, over, pull),
-        wrap_move("bring", travel_time(near - over), near, pull),
+        wrap_move("bring", travel_time(near - over, acceleration=gentle), near, pull),
         wrap_move("lower", lowering_time(design, near, low), low, pull),
         wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED, acceleration=LEAVE_ACCELERATION), away, slack),
         wrap_move("rest", REST_TIME, away, slack),

@@ -34,13 +34,17 @@ GRIP_FRICTION = 30.0
 WRAP_FRICTION = 10.0
 """The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
 loop; at 10 and at 30 bottles and cylinders shift equally little, by the trunk's compliance, and at 10 a step is a fifth
-faster. Objects heavier than HEAVY creep more: they get GRIP_FRICTION."""
+faster. Objects heavier than HEAVY creep more."""
 
 LONG = 1.3
 """Length of a lying object over its width from which fingers grip it across its axis (ours) [-]."""
 
 HEAVY = 1.0
-"""Mass above which a wrapped object needs harder friction [kg]: at 10, 1.5 kg tilt further and land askew."""
+"""Mass above which a wrapped object needs harder friction [kg]."""
+
+HEAVY_FRICTION = 100.0
+"""The same for objects heavier than HEAVY (ours) [-]: at 30, three of six of 1.5 kg tilt further and land askew, at 100
+one of six."""
 
 SLOPE_FRICTION = 300.0
 """The same for objects that narrow upwards (ours) [-]: there the grip itself loads friction, and not the weight
@@ -149,7 +153,9 @@ def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
         return 1.0
     if shape.kind == "cone":
         return SLOPE_FRICTION
-    return GRIP_FRICTION if strategy.holds == "fingers" or shape.mass > HEAVY else WRAP_FRICTION
+    if strategy.holds == "fingers":
+        return GRIP_FRICTION
+    return HEAVY_FRICTION if shape.mass > HEAVY else WRAP_FRICTION
 
 
 def _draw_in_ball(rng: np.random.Generator, radius: float) -> np.ndarray:
