@@ -58,6 +58,7 @@ def _assess(name, *args, **kwargs):
         ("wrap-oblique", _task(0.06, 0.24, 1.6), "too heavy by 86 g: the trunk holds 1514 g at that width"),
         ("wrap-oblique-low", _task(0.04, 0.24, 0.02), "would topple at 0.027 N; the closing trunk pushes with"),
         ("wrap-oblique", _task(0.05, 0.05, 0.15), "too short: the trunk would press"),
+        ("wrap-oblique", _task(0.04, 0.069, 0.08), "too short: 69 mm tall, the trunk wraps what is 74 mm tall or more"),
         ("wrap-horizontal", _task(0.09, 0.1, 0.5, kind="box", profile=LONG), "loop by 7 mm: 160 mm across"),
         ("wrap-horizontal", _task(0.08, 0.08, 0.2, kind="sphere"), "would roll away"),
         ("wrap-horizontal", _task(0.06, 0.24, 0.2, axis=LEVEL), "the object lies; this wrap takes one that stands"),
