@@ -81,8 +81,10 @@ def test_the_flip_spreads_from_the_tip_and_carries_the_object_inside_the_curl():
     [("tip-grip", "ball-30", 3), ("tip-grip", "cone-35", 21), ("wrap-horizontal", "bottle-70", 353855568)],
 )
 def test_what_is_held_does_not_creep_out(name, shape, seed):
-    """To the end of the hold it sinks by under a millimetre: from the check, or, where there is none, from half a second
-    into the hold, when the swing from the carry is over."""
+    """To the end of the hold it sinks by under a millimetre.
+
+    Counted from the check, or, where there is none, from half a second into the hold, after the swing of the carry.
+    """
     trial = run_trial(PAPER, parse_object(shape), strategy=name, seed=seed)
     checked, hold = (trial.log.span("transport", action) for action in ("check", "hold"))
     start = hold[0] + 0.5 if checked is None else checked[1]

@@ -26,9 +26,9 @@ PEDESTAL_SIZE, PEDESTAL_CENTER = (0.13, 0.12), (-0.04, 0.0)
 """Half extents and centre of the pedestal, level [m] (ours)."""
 
 TOLERANCE, TOLERANCE_HARD = 1e-6, 1e-8
-"""Tolerances of MuJoCo's solver up to and from a hardness of friction of HARD (ours) [-]. At 1e-6 rates are those of 1e-8,
-with fewer iterations; but forces on a light object in hard friction end short of balance, and it creeps: a ball of 15 g
-in fingers by 1.0 mm in a trial's transport, at 1e-8 by 0.7 mm."""
+"""Tolerances of MuJoCo's solver below and from a hardness of friction of HARD (ours) [-]. At 1e-6 rates are those of
+1e-8, with fewer iterations; but forces on a light object in hard friction end short of balance, and it creeps: a ball
+of 15 g in fingers by 1.0 mm in a trial's transport, at 1e-8 by 0.7 mm."""
 HARD = 30.0
 """Hardness of friction from which TOLERANCE_HARD holds [-]."""
 

@@ -53,8 +53,8 @@ SQUAT = 0.37
 """Width from which a wrap takes only what is at least as tall as wide, over the largest that the trunk encloses [-]
 (ours): of 11 drawn things wider than 100 mm and not as tall, one was lifted and set down, of 4 narrower ones 3."""
 LOW = 0.147
-"""Least height of a standing object, over the trunk's length [-] (ours): of 9 drawn things below 74 mm three were lifted
-and set down, the six others toppled as the tail went round them."""
+"""Least height of a standing object, over the trunk's length [-] (ours): of 9 drawn things below 74 mm three were
+lifted and set down, the six others toppled as the tail went round them."""
 AMPLE_WIDTH = 0.15
 """Distance from the ends of the graspable range with an ample margin, over the width [-] (ours): trials draw 10 %."""
 AMPLE_LOAD = 0.5
@@ -104,7 +104,9 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
         return refuse(over_rim)
     tall, lowest = height_of(target), LOW * design.length
     if tall < lowest:
-        return refuse(f"too short: {1e3 * tall:.0f} mm tall, the trunk wraps what is {1e3 * lowest:.0f} mm tall or more")
+        return refuse(
+            f"too short: {1e3 * tall:.0f} mm tall, the trunk wraps what is {1e3 * lowest:.0f} mm tall or more"
+        )
     factors = _margins(task, around, heaviest) | {"topple": margin_factor(force - TOUCH_FORCE, AMPLE_TOPPLE)}
     stands = f"topples at {force:.2g} N"
     return accept(

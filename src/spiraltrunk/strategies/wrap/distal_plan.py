@@ -16,8 +16,8 @@ decides. The height from which they wrap in full, with the paper's trunk:
 | 60 mm | 140 mm | 166 mm |
 | 80 mm | 130 mm | 180 mm |
 
-A plan exists from 40 to 65 mm of height on, by the width; what is lower than 74 mm mostly topples (`assess.LOW`). Lengths are over the trunk's own
-where their unit is [-] and nothing else is said.
+A plan exists from 40 to 65 mm of height on, by the width; what is lower than 74 mm mostly topples (`assess.LOW`).
+Lengths are over the trunk's own where their unit is [-] and nothing else is said.
 """
 
 from __future__ import annotations
