@@ -251,17 +251,20 @@ def pricked():
     return mesh
 
 
+UNITED = "2 closed bodies that overlap: they are united"
+"""Said where the file tells the bodies apart, as an OBJ file does."""
+
 REPAIRED = {
     "flipped face": (flipped, BOX, "the surface is partly inside out: it is repaired"),
     "inside out": (inside_out, BOX, "the surface is inside out: it is repaired"),
-    "doubled": (doubled, BOX, "it is repaired, which changes its volume by less than 0.1 %"),
+    "doubled": (doubled, BOX, f"it is repaired, which changes its volume by less than 0.1 %|{UNITED}"),
     "two-sided": (two_sided, BOX, "it is repaired, which changes its volume by less than 0.1 %"),
     "cracked": (cracked, BOX, "it is repaired, which changes its volume by less than 0.1 %"),
     "slivers": (with_slivers, BOX, "it is repaired, which changes its volume by less than 0.1 %"),
     "pricked": (pricked, (60, 40, 20), "the surface is open or cut at 3 edges: it is repaired"),
     "open": (opened, BOX, "open or cut at 3 edges: its convex hull is taken, 0.0 % larger than its estimated volume"),
     "overlap": (lambda: apart(30.0), (240, 50, 120), "the surface is 2 closed bodies that overlap: they are united"),
-    "touching faces": (lambda: apart(90.0), (240, 50, 180), "open or cut at 4 edges: .*, 0.0 % larger"),
+    "touching faces": (lambda: apart(90.0), (240, 50, 180), f"open or cut at 4 edges: .*, 0.0 % larger|{UNITED}"),
 }
 """Meshes with faults that are mended or replaced by their hulls, their extents [mm] and what is said of them."""
 
@@ -298,6 +301,33 @@ def test_a_cup_and_a_handle_that_reaches_into_its_wall_are_one_solid(put):
     union = trimesh.boolean.union([wall, handle], engine="manifold")
     assert 0.9 * (wall.volume + handle.volume) < union.volume < wall.volume + handle.volume
     assert shape.solid.excess == pytest.approx(cup.convex_hull.volume / union.volume - 1, rel=1e-3)
+
+
+def pieces(gap, shift=0.0):
+    """An L of two boxes, as a convex decomposition has it: beside each other, but for a ``gap`` [mm]."""
+    foot, arm = trimesh.creation.box(extents=(60, 20, 20)), trimesh.creation.box(extents=(20, 40, 20))
+    arm.apply_translation([-20 + shift, 30 + gap, 0])
+    return trimesh.util.concatenate([foot, arm])
+
+
+@pytest.mark.parametrize(("gap", "shift"), [(0.001, 0.0), (-1e-6, 0.0), (0.0, 0.0), (0.0, 3.0)])
+def test_the_pieces_of_a_convex_decomposition_are_one_solid(tmp_path, gap, shift):
+    """They touch but for rounding, share corners or not; enlarged by 0.1 % they overlap, and the L stays an L."""
+    pieces(gap, shift).export(tmp_path / "object.obj")
+    shape = parse_object(f"obj:path={tmp_path}/object.obj,unit=mm,mass_g=100")
+    assert any(
+        re.search("2 closed bodies that (touch: each is enlarged by 0.1 %|overlap)", note) for note in shape.notes
+    )
+    np.testing.assert_allclose(sorted(shape.size), (0.020, 0.060, 0.060), rtol=3e-3)
+    whole = trimesh.boolean.union(list(pieces(-0.01, shift).split()), engine="manifold")
+    assert shape.solid.excess == pytest.approx(whole.convex_hull.volume / whole.volume - 1, abs=0.01)
+    assert shape.solid.excess > 0.3
+
+
+def test_bodies_apart_by_more_than_rounding_are_not_joined(tmp_path):
+    pieces(0.5).export(tmp_path / "object.obj")
+    with pytest.raises(DesignError, match="in 2 pieces that do not touch"):
+        parse_object(f"obj:path={tmp_path}/object.obj,unit=mm,mass_g=100")
 
 
 def cut_can(lost):
