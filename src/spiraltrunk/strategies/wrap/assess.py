@@ -104,9 +104,7 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
         return refuse(over_rim)
     tall, lowest = height_of(target), LOW * design.length
     if tall < lowest:
-        return refuse(
-            f"too short: {1e3 * tall:.0f} mm tall, the trunk wraps what is {1e3 * lowest:.0f} mm tall or more"
-        )
+        return refuse(f"too short by {_compare(tall, lowest)} of height or more")
     factors = _margins(task, around, heaviest) | {"topple": margin_factor(force - TOUCH_FORCE, AMPLE_TOPPLE)}
     stands = f"topples at {force:.2g} N"
     return accept(
@@ -145,7 +143,7 @@ def held_mass(design: TrunkDesign, width: float) -> float:
 
 
 def _compare(width: float, limit: float) -> str:
-    """By how much a width passes a limit [m], and both, in as many digits as tell them apart."""
+    """By how much a width or height passes a limit [m], and both, in as many digits as tell them apart."""
     by, width, limit = (1e3 * each for each in (abs(width - limit), width, limit))
     digits = next((n for n in range(6) if round(by, n) > 0 and round(width, n) != round(limit, n)), 6)
     return f"{by:.{digits}f} mm: {width:.{digits}f} mm, it wraps {limit:.{digits}f} mm"
