@@ -49,9 +49,16 @@ OBLONG_SIDE = 0.485
 """Longest side of an oblong object that a wrap takes, over the largest width that the trunk encloses [-] (ours):
 longer ones meet the housing. Of 4 drawn things 138 to 159 mm long, with 14 trials, 2 were held; of 3 up to 128 mm long
 and lighter than 170 g, with 18 trials, 14."""
+OBLONG_GIRTH = 0.37
+"""Width of the cylinder of an oblong object's girth up to which a wrap takes it, over the largest that the trunk
+encloses [-] (ours): of 26 drawn things wider than 99 mm eight were lifted and set down, of 101 narrower ones 62."""
 SQUAT = 0.37
 """Width from which a wrap takes only what is at least as tall as wide, over the largest that the trunk encloses [-]
 (ours): of 11 drawn things wider than 100 mm and not as tall, one was lifted and set down, of 4 narrower ones 3."""
+DISTAL_HEIGHT, DISTAL_LOAD = 0.26, 0.30
+"""Height below which a wrap is distal, over the trunk's length, and mass that it then holds, over that of a full one
+[-] (ours): its thinner sections give way. Of 9 drawn things up to 130 mm tall and of 412 g or more two were lifted and
+set down, of 86 lighter ones as low 50."""
 LOW = 0.147
 """Least height of a standing object, over the trunk's length [-] (ours): of 9 drawn things below 74 mm three were
 lifted and set down, the six others toppled as the tail went round them."""
@@ -179,8 +186,13 @@ def _find_outline_misfit(task: Task, around: float, heaviest: float) -> str | No
     if _is_oblong(target) and target.longer_side > longest:
         along = f"its longer side is {1e3 * target.longer_side:.0f} mm; it takes {1e3 * longest:.0f} mm"
         return _too_long(target.longer_side - longest, along)
+    if _is_oblong(target) and around > OBLONG_GIRTH * enclosed:
+        return f"too wide for a thing with unequal sides by {_compare(around, OBLONG_GIRTH * enclosed)}"
     if target.mass > heaviest:  # A round one has been refused by its width.
         return _too_heavy(target.mass, heaviest, "for a thing with unequal sides")
+    low, borne = DISTAL_HEIGHT * task.design.length, DISTAL_LOAD * held_mass(task.design, around)
+    if height_of(target) < low and target.mass > borne:
+        return _too_heavy(target.mass, borne, f"where a thing is lower than {1e3 * low:.0f} mm")
     if topple_angle_of(target) == 0.0:
         return "would roll away: nothing keeps it in place as the trunk touches it"
     if around > SQUAT * enclosed and height_of(target) < around:
