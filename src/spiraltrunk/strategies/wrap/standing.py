@@ -283,7 +283,7 @@ class WrapHorizontal(StandingWrap):
 
     name = "wrap-horizontal"
     number = 6
-    plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55)
+    plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55, lowering=1.3)
 
 
 def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:

@@ -109,6 +109,8 @@ class WrapPlane:
     """Gap between housing and ground [m]."""
     opening_height: float = 0.5
     """Height over the object's length at which its girth counts as a full wrap opens [-]."""
+    lowering: float = 1.0
+    """Duration of lowering the object over the usual one [-]."""
     distal_height: float = 0.65
     """Height of a distal wrap over the object's length [-]: above its centre, so that its weight keeps it upright."""
 
@@ -148,7 +150,7 @@ def plan_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
     load = observation.task.target.mass * GRAVITY * lever
     grip = GRIP + CARRY * load / float(design.joint_stiffness[0] * design.joint_limit)
     tight, level = (_tension(design, part * plane.differential, float(grip * shut[0])) for part in (1.0, 0.0))
-    return _moves(observation, steps, tight, level)
+    return _moves(observation, plane, steps, tight, level)
 
 
 def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step, ...], float]:
@@ -197,7 +199,7 @@ def _choose_loop(design: TrunkDesign, plane: WrapPlane, width: float, tension: n
 
 
 def _moves(
-    observation: Observation, steps: tuple[_Step, ...], tight: np.ndarray, level: np.ndarray
+    observation: Observation, plane: WrapPlane, steps: tuple[_Step, ...], tight: np.ndarray, level: np.ndarray
 ) -> tuple[Move, ...]:
     design, goal, target = observation.task.design, observation.task.goal, observation.task.target
     ground = float(target.position[2] - target.length / 2) if goal.ground is None else goal.ground
@@ -227,7 +229,7 @@ def _moves(
         move("carry", lifted + goal.aside, level),
         wrap_move("hold", goal.hold, lifted + goal.aside, level, last.rotation),
         move("bring", lowered + test + high, level),
-        move("lower", lowered - SINK * _UP, level),
+        wrap_move("lower", plane.lowering * move_time(design, "lower"), lowered - SINK * _UP, level, last.rotation),
         *(move("uncurl", place + step.opening, step.slackening, open_) for step in reversed(eased)),
         wrap_move("open", OPEN_TIME, opened, slack, open_.rotation),
         wrap_move("open", move_time(design, "settle"), opened, slack, open_.rotation),
