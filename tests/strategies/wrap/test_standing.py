@@ -415,3 +415,20 @@ def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
 def test_a_standing_cylinder_is_carried_and_stands_again(name: str) -> None:
     trial = run_trial(PAPER, parse_object(name), strategy="wrap-horizontal", seed=1)
     assert trial.verdict.success, trial.verdict.reason
+
+
+def test_the_near_horizontal_wrap_lowers_more_slowly() -> None:
+    """It holds low and stiffly, and would meet the ground at the move's greatest speed."""
+    durations = [
+        next(move.duration for move in standing_plan.plan_moves(first_seen(), strategy.plane) if move.action == "lower")
+        for strategy in (WrapHorizontal(), WrapOblique())
+    ]
+    assert durations == pytest.approx([1.3 * standing_plan.TIMES["lower"], standing_plan.TIMES["lower"]])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("shape", "seed"), [("box-80", 781402101), ("cylinder-90", 2054783779)])
+def test_the_grounds_blow_does_not_take_the_wrist_to_its_limit(shape: str, seed: int) -> None:
+    trial = run_trial(PAPER, parse_object(shape), strategy="wrap-horizontal", seed=seed)
+    torque = np.array([sample.arm_torque for sample in trial.plant.trace])
+    assert (np.abs(torque) < trial.plant.arm_limits.torque).all()
