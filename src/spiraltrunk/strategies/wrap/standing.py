@@ -78,7 +78,7 @@ from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_distal_mov
 from spiraltrunk.strategies.wrap.light_object import describe_no_load, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_clear
-from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, plan_moves
+from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, SLOWLY, WrapPlane, plan_moves
 from spiraltrunk.strategies.wrap.unsteady import is_unsteady, stop_before
 from spiraltrunk.strategies.wrap.upright import carry_upright
 
@@ -283,7 +283,7 @@ class WrapHorizontal(StandingWrap):
 
     name = "wrap-horizontal"
     number = 6
-    plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55, lowering=1.3)
+    plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55, lowering=SLOWLY)
 
 
 def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:
