@@ -86,7 +86,7 @@ WRIST = (0.060, 0.280, 0.004)
 upwards, it is lower than the housing. Measures fit the Panda at the tilts at which it touched the ground."""
 HEAVY, SLOWLY = 0.45, 1.3
 """Mass from which an object is lowered more slowly [kg], and the factor of the duration [-]: at 30 to 40 mm/s the
-ground's blow takes the arm's wrist to its torque limit. Distal wraps, which stand nearer, lower all objects so."""
+ground's blow takes the arm's wrist to its torque limit. Distal wraps lower all objects so."""
 OPEN_TIME = 0.06
 """Time in which the trunk goes slack [s]: as fast as winders can. It then comes to rest in the time of "settle"."""
 

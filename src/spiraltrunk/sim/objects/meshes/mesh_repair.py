@@ -94,9 +94,13 @@ def repair(mesh: Trimesh, what: str) -> Repaired:
 
 def _unite(mesh: Trimesh) -> Repaired | None:
     """The union of closed bodies that overlap or touch; None where one of them has a fault, or they are apart."""
-    bodies = list(mesh.split(only_watertight=False))
-    if not 2 <= len(bodies) <= BODIES_MOST:
+    import trimesh
+
+    graph: Any = trimesh.graph  # Untyped.
+    labels = graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    if not 1 <= labels.max(initial=0) < BODIES_MOST:  # As filed, the triangles of an STL file are a body each.
         return None
+    bodies = list(mesh.split(only_watertight=False))
     for body in bodies:
         clean(body)
     if any(not len(body.faces) or find_fault(body) for body in bodies):
