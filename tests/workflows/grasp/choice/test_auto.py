@@ -14,7 +14,6 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.strategies.moves import base_position
 from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, _plan_way_back, get_strategy, list_objects
@@ -225,9 +224,7 @@ def test_a_real_trial_succeeds_by_the_first_choice():
 
 @pytest.mark.slow
 def test_a_real_second_try_succeeds_where_the_first_set_the_object_down_beside_its_place():
-    rng = np.random.default_rng([23, 9618])  # As in the benchmark of everyday things.
-    shape = draw_everyday(rng, width=(0.040, 0.080), height=(0.080, 0.240), mass=(0.020, 0.400)).shape
-    trial = run_trial(PAPER, shape, strategy="auto", seed=9618)
+    trial = run_trial(PAPER, parse_object("everyday:seed=10165"), strategy="auto", seed=10165)
     first, second = trial.log.state.attempts
     assert "cm from its place" in first.outcome
     assert second.strategy != first.strategy
