@@ -56,9 +56,9 @@ SQUAT = 0.37
 """Width from which a wrap takes only what is at least as tall as wide, over the largest that the trunk encloses [-]
 (ours): of 11 drawn things wider than 100 mm and not as tall, one was lifted and set down, of 4 narrower ones 3."""
 DISTAL_HEIGHT, DISTAL_LOAD = 0.26, 0.30
-"""Height below which a wrap is distal, over the trunk's length, and mass that it then holds, over that of a full one
-[-] (ours): its thinner sections give way. Of 9 drawn things up to 130 mm tall and of 412 g or more two were lifted and
-set down, of 86 lighter ones as low 50."""
+"""Height below which oblique wraps of wide things are distal, over the trunk's length, and mass that is then held, over
+that of a full wrap [-] (ours): the thinner sections give way. Of 9 drawn things up to 130 mm tall and of 412 g or more
+two were lifted and set down, of 86 lighter ones as low 50."""
 LOW = 0.147
 """Least height of a standing object, over the trunk's length [-] (ours): of 9 drawn things below 74 mm three were
 lifted and set down, the six others toppled as the tail went round them."""

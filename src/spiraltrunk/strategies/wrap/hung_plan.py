@@ -39,7 +39,7 @@ BACK_OFF = 0.15
 cylinders rock between the rims of their place for a second."""
 DRAG = 0.04
 """Distance by which the opening trunk drags an object that does not roll [-]: it is set down short by as much."""
-LIVELY = 0.5
+LIGHT = 0.5
 """Mass up to which a wrap is carried at the full acceleration [kg]: what is twice as heavy takes twice the time. At the
 full one 1.2 kg bob by 20 mm on the trunk after the carry, and no hold counts."""
 PRESS_SPEED = 0.15
@@ -142,17 +142,17 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
     away, here = opened - WITHDRAWAL * length * ahead, observation.T_world_base[:3, 3]
     aside = beside - CLEARANCE * length * ahead
-    gentle = ACCELERATION * min(1.0, LIVELY / target.mass) ** 2
+    acceleration = ACCELERATION * min(1.0, LIGHT / target.mass) ** 2
     return (
         wrap_move("approach", still_time(design, aside - here), aside, slack),
         wrap_move("touch", travel_time(touching - aside, speed=PRESS_SPEED), touching, slack),
         wrap_move("curl", CURL_TIME, wrapped, pull),
         wrap_move("settle", SETTLE_TIME, wrapped, pull),
         wrap_move("heft", HEFT_TIME, hefted, pull),
-        wrap_move("lift", travel_time(lifted - hefted, acceleration=gentle), lifted, pull),
-        wrap_move("carry", travel_time(over - lifted, acceleration=gentle), over, pull),
+        wrap_move("lift", travel_time(lifted - hefted, acceleration=acceleration), lifted, pull),
+        wrap_move("carry", travel_time(over - lifted, acceleration=acceleration), over, pull),
         wrap_move("hold", goal.hold, over, pull),
-        wrap_move("bring", travel_time(near - over, acceleration=gentle), near, pull),
+        wrap_move("bring", travel_time(near - over, acceleration=acceleration), near, pull),
         wrap_move("lower", lowering_time(design, near, low), low, pull),
         wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED, acceleration=LEAVE_ACCELERATION), away, slack),
         wrap_move("rest", REST_TIME, away, slack),

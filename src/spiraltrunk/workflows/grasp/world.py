@@ -29,7 +29,7 @@ of the arm 0.02 N m, commands 20 ms late, camera 3 mm and 3 deg."""
 
 GRIP_FRICTION = 30.0
 """Hardness of friction (MuJoCo's ``impratio``) in fingers (ours) [-]. At 1, MuJoCo's own, held objects creep: a ball of
-15 g out of a firm grip by 2 mm/s; at 10 by 0.3 mm/s, at 30 and at 100 not measurably."""
+15 g out of a firm grip by 2 mm/s; at 10 by 0.3 mm/s, at 30 by 0.1 mm/s."""
 
 WRAP_FRICTION = 10.0
 """The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
