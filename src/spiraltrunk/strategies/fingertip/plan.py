@@ -128,7 +128,7 @@ def tip_height(task: Task) -> float:
     Raises:
         ModelError: where the trunk has no gripper, or the fingers open too little for the object.
     """
-    gripper, target, width = gripper_of(task), task.target, gripped_width(task)
+    gripper, target, width = gripper_of(task), task.target, passed_width(task)
     if width <= gripper.grasp_width:
         height, gap = object_height(task), CLEARANCE * gripper.finger_length
         low = max((1 + GROUND_GAP) * gripper.finger_length, (1 + height_margin(height)) * height + gap)
@@ -174,6 +174,14 @@ def gripped_width(task: Task) -> float:
         return target.width
     height, widths = _find_widths(target)
     return float(widths[height >= height[-1] - gripper.finger_length].max())
+
+
+def passed_width(task: Task) -> float:
+    """Largest width that the fingers pass on their way down [m]: a standing cone's foot may lie below their ends."""
+    target, width = task.target, gripped_width(task)
+    if target.kind != "cone" or abs(float(target.axis[2])) < 0.5:
+        return width
+    return width * min(1.0, gripper_of(task).finger_length / object_height(task))
 
 
 def _find_widths(target: Target) -> tuple[np.ndarray, np.ndarray]:
