@@ -23,6 +23,7 @@ import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
+from spiraltrunk.strategies.fingertip.plan import passed_width
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
 from spiraltrunk.strategies.moves import Move, advance, base_position, begin, insert_next
 from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
@@ -224,8 +225,11 @@ def _is_low(state: SweepState, observation: Observation) -> bool:
 
 def choose_grasp(task: Task) -> Strategy[Any]:
     """The tip gripper for what it can hold, a horizontal wrap for larger objects."""
-    gripper = task.design.gripper
-    return TipGrip() if gripper is not None and task.target.width <= gripper.grasp_width else WrapHorizontal()
+    gripper, target = task.design.gripper, task.target
+    if gripper is None:
+        return WrapHorizontal()
+    width = passed_width(task) if target.kind == "cone" else target.width
+    return TipGrip() if width <= gripper.grasp_width else WrapHorizontal()
 
 
 def task_to_grasp(observation: Observation) -> Task:
