@@ -56,7 +56,7 @@ from spiraltrunk.strategies.moves import (
     shift_later,
     turn_left,
 )
-from spiraltrunk.strategies.sensing import measure_lean, seen_position, ventral_tension, weight
+from spiraltrunk.strategies.sensing import measure_lean, seen_position, seen_top, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
 from spiraltrunk.strategies.wrap.approach import approach_direction
 from spiraltrunk.strategies.wrap.arm_lag import Tensions, delay_tension
@@ -92,6 +92,11 @@ RELIEF = 0.02
 """Retreat of the arm from the touch, over the trunk's length [-]: an object that is pressed on is dragged."""
 RETRIES = 1
 """Number of further attempts [-]."""
+STILL = 0.002
+"""Way of the released object's top from one observation to the next from which it still moves [m]: a camera's errors
+vary by less. A tall box that is let go rocks on its edges."""
+SEEN_STILL, MOST_RESTS = 2, 10
+"""Times that such an object must be seen still before the end, and largest number of rests until then [-]."""
 CORNER = 0.8
 """Part of a move after which the next one begins, where the base may round the corner between them [-]."""
 
@@ -123,7 +128,7 @@ class StandingState(LoadState):
     pull: np.ndarray
     """Cable pulls, smoothed, shape (n_cable,) [m]."""
     seen: np.ndarray
-    """Position of the object when the grasp was planned, shape (3,) [m]."""
+    """Position of the object when the grasp was planned, and of its top once it is released, shape (3,) [m]."""
     tight: np.ndarray
     """Tensions of the tightened wrap, shape (n_cable,) [N]."""
     shift: float = 0.0
@@ -238,6 +243,12 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = right(sequence, observation, state.height)
         if action == "hold":
             sequence = set_down_clear(sequence, observation, self.plane.ground_gap)
+        if action in ("leave", "rest"):
+            seen = seen_top(observation)
+            is_still = float(np.linalg.norm(seen - state.seen)) <= STILL
+            if action == "rest" and not is_still:
+                sequence = _rest_further(sequence)
+            state = replace(state, seen=seen)
         if sequence.is_last:
             return replace(state, is_done=True)
         sequence = go_on(sequence, observation)
@@ -296,6 +307,13 @@ def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...],
         return plan_moves(observation, plane), False
     except ModelError:
         return plan_distal_moves(observation, plane), True
+
+
+def _rest_further(sequence: MoveSequence) -> MoveSequence:
+    """The sequence with as many rests after the present one as a swaying object is to be seen still, MOST_RESTS at most."""
+    count = [move.action for move in sequence.moves].count("rest")
+    left = len(sequence.moves) - 1 - sequence.index
+    return insert_next(sequence, (sequence.move,) * min(SEEN_STILL - left, MOST_RESTS - count))
 
 
 def _sense_touch(state: StandingState, observation: Observation) -> StandingState:
