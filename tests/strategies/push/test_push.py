@@ -18,6 +18,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.fingertip.plan import tip_height
 from spiraltrunk.strategies.push.approach_pose import plan_pose, reach_of, roll_up
 from spiraltrunk.strategies.push.kick import RESISTANCE, ROLL, Kick
 from spiraltrunk.strategies.push.sweep import Sweep, choose_grasp, task_to_grasp
@@ -191,6 +192,16 @@ def test_small_things_are_gripped_and_large_ones_wrapped(name, grasp):
     assert choose_grasp(_task(name)).name == grasp
     bare = replace(_task(name), design=replace(PAPER, gripper=None))
     assert choose_grasp(bare).name == "wrap-horizontal"
+
+
+def test_a_cone_is_gripped_where_its_foot_is_wider_than_the_fingers_open():
+    small = replace(_task("cone-35"), design=design_from_rules(arm_radius=0.036))
+    assert small.design.gripper.grasp_width < small.target.width
+    assert choose_grasp(small).name == "tip-grip"
+    assert tip_height(small) > small.goal.ground + small.target.length
+    lying = replace(small, target=replace(small.target, axis=np.array([1.0, 0.0, 0.0])))
+    with pytest.raises(ModelError, match="the fingers do not open round 35 mm"):
+        tip_height(lying)
 
 
 @pytest.mark.parametrize("strategy", [Kick(), Sweep(grasp=lambda task: Fake())], ids=["kick", "sweep"])

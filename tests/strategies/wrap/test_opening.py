@@ -17,7 +17,7 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move, MoveSequence, begin, tilted_base
 from spiraltrunk.strategies.wrap import opening, standing_plan
 from spiraltrunk.strategies.wrap.hook_model import find_first, find_hook
-from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
+from spiraltrunk.strategies.wrap.opening import find_way_behind, plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.standing import WrapHorizontal
 from spiraltrunk.strategies.wrap.standing_model import cable_pulls, object_center, section_ends, shut_pull
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink
@@ -116,7 +116,7 @@ def test_the_pull_falls_in_small_steps_and_the_hook_stays_round_the_object() -> 
         np.testing.assert_allclose((move.position + hook.center - seen.task.goal.place)[:2], 0.0, atol=1e-5)
 
 
-def test_the_trunk_springs_open_where_the_last_step_ends_and_draws_off_from_there() -> None:
+def test_the_trunk_springs_open_where_the_last_step_ends() -> None:
     sequence, seen = touched_down()
     opened = plan_opening(sequence, seen, HEIGHT)
     last = steps(opened)[-1]
@@ -124,10 +124,45 @@ def test_the_trunk_springs_open_where_the_last_step_ends_and_draws_off_from_ther
         if move.action == "open":
             np.testing.assert_array_equal(move.position, last.position)
             np.testing.assert_array_equal(move.rotation, last.rotation)
-    off, planned = (next(m for m in each.moves if m.action == "draw off") for each in (opened, sequence))
-    before = next(move for move in sequence.moves if move.action == "open")
-    np.testing.assert_allclose((off.position - last.position)[:2], (planned.position - before.position)[:2], atol=1e-12)
+    off = next(move for move in opened.moves if move.action == "draw off")
     assert off.position[2] >= last.position[2]
+
+
+def find_ways(sequence: MoveSequence, seen: Observation) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Level ways: of the base as it follows the hook, off the object then, and off it as planned, shapes (2,) [m]."""
+    opened = plan_opening(sequence, seen, HEIGHT)
+    last = steps(opened)[-1].position
+    off, away = (next(m.position for m in each.moves if m.action == "draw off") for each in (opened, sequence))
+    before = next(move.position for move in sequence.moves if move.action == "open")
+    return (last - before)[:2], (off - last)[:2], (away - before)[:2]
+
+
+def test_the_base_draws_off_the_way_that_it_did_not_go_back_with_the_hook() -> None:
+    aside, off, planned = find_ways(*touched_down())
+    whole = float(np.linalg.norm(planned))
+    behind = float(aside @ planned) / whole
+    assert 0.1 * whole < behind < (1 - opening.STILL_BACK) * whole
+    np.testing.assert_allclose(off, planned * (1 - behind / whole), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("misplaced", "aside", "behind"),
+    [
+        ([0.0, 0.0, 0.0], [0.01, -0.03, 0.02], 0.03),
+        ([0.02, -0.02, 0.3], [0.0, -0.03, 0.0], 0.01),  # The object stands further back, so that less is behind it.
+        ([0.0, 0.0, 0.0], [0.0, 0.05, 0.0], 0.0),
+        ([0.0, 0.0, 0.0], [0.0, -0.5, 0.0], 0.1 * (1 - opening.STILL_BACK)),
+    ],
+)
+def test_of_the_way_off_an_object_counts_what_leads_away_from_where_it_stands(
+    misplaced: list[float], aside: list[float], behind: float
+) -> None:
+    way = find_way_behind(np.array(misplaced), np.array(aside), np.array([0.0, -0.1, 0.04]))
+    np.testing.assert_allclose(way, [0.0, -behind, 0.0], atol=1e-12)
+
+
+def test_a_base_that_does_not_draw_off_has_no_way_behind_it() -> None:
+    np.testing.assert_array_equal(find_way_behind(np.zeros(3), np.ones(3), np.array([0.0, 0.0, 0.1])), np.zeros(3))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Wraps of standing objects: what is planned, what is felt, and one whole trial."""
 
 import functools
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -169,6 +170,43 @@ def test_what_topples_early_is_wrapped_above_its_middle_and_all_else_low_down() 
 def test_what_is_too_short_for_the_housing_is_refused() -> None:
     with pytest.raises(ModelError, match=r"20 mm tall; allowed: [0-9]+ mm or more"):
         STRATEGY.init(first_seen("disc-80x20"))
+
+
+@pytest.mark.parametrize(
+    ("diameter_mm", "height_mm", "is_distal"), [(80, 152, False), (80, 144, True), (100, 144, False), (100, 136, True)]
+)
+def test_narrow_things_are_wrapped_in_full_only_well_below_their_rim(
+    diameter_mm: int, height_mm: int, *, is_distal: bool
+) -> None:
+    seen = first_seen(f"cylinder:diameter_mm={diameter_mm},height_mm={height_mm},mass_g=200")
+    assert WrapObliqueLow().init(seen).is_distal is is_distal
+
+
+def test_the_end_waits_until_what_rocks_is_seen_still(start: tuple[StandingState, Observation]) -> None:
+    state, seen = at_the_end_of(start, "leave", 0.0)
+    upright = np.array([0.0, 0.0, 1.0])
+
+    def look(state: StandingState, time: float, lean: float) -> StandingState:
+        axis = upright + [math.sin(lean), 0.0, math.cos(lean) - 1.0]
+        camera = CameraObservation(time=time, position=seen.task.goal.place, axis=axis)
+        later = replace(seen, time=time, camera=camera)
+        return STRATEGY.step(replace(state, sequence=replace(state.sequence, since=time - 9.0)), later)[0]
+
+    state = look(state, seen.time, 0.0)
+    assert state.sequence.move.action == "rest"
+    assert look(state, seen.time + 0.5, 0.0).is_done  # It stands still at once.
+    leans, time = [0.02, 0.02, 0.0, 0.0, 0.0], seen.time
+    for lean in leans:  # Between the first and the second it seems to stand still.
+        assert not state.is_done
+        time += 0.5
+        state = look(state, time, lean)
+    assert state.is_done
+    state, time = look(at_the_end_of(start, "leave", 0.0)[0], seen.time, 0.0), seen.time
+    for i in range(standing.MOST_RESTS):  # What never stands still is left in the end.
+        assert not state.is_done
+        time += 0.5
+        state = look(state, time, 0.06 * (i % 2 - 0.5))
+    assert state.is_done
 
 
 def test_the_same_state_and_sight_give_the_same_command(start: tuple[StandingState, Observation]) -> None:

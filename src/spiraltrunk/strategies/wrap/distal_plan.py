@@ -8,13 +8,15 @@ Width and height of the object decide: the wider it is, the nearer to the base t
 trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. An object is wrapped above
 its centre, so that its weight keeps it upright, and below its rim. Strategies 4 to 6 differ in the share of the height
 at which they wrap. Up to about 100 mm of height their plans are nearly the same, as the clearance of housing and trunk
-decides. The height from which they wrap in full, with the paper's trunk:
+decides. The height of a cylinder from which they wrap it in full, with the paper's trunk (what is wider than 96 mm may be
+wrapped nearer to its rim, `standing_plan.HIGHEST`):
 
 | width | 4, 5 (oblique) | 6 (horizontal) |
 |---|---|---|
-| 40 mm | 150 mm | 164 mm |
-| 60 mm | 140 mm | 166 mm |
-| 80 mm | 130 mm | 180 mm |
+| 40 mm | 168 mm | 184 mm |
+| 60 mm | 157 mm | 186 mm |
+| 80 mm | 147 mm | 202 mm |
+| 100 mm | 139 mm | 189 mm |
 
 A plan exists from 40 to 65 mm of height on, by the width; what is lower than 74 mm mostly topples (`assess.LOW`).
 Lengths are over the trunk's own where their unit is [-] and nothing else is said.

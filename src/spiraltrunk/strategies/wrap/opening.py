@@ -81,7 +81,7 @@ def plan_opening(sequence: MoveSequence, observation: Observation, height: float
     last = eased[-1]
     opened, drawn = (next(m.position for m in sequence.moves if m.action == name) for name in ("open", "draw off"))
     aside = (last.position - opened) * [1.0, 1.0, 0.0]
-    aside = aside - _find_way_behind(camera.position - observation.task.goal.place, aside, drawn - opened)
+    aside = aside - find_way_behind(camera.position - observation.task.goal.place, aside, drawn - opened)
 
     def follow(move: Move) -> Move:
         if move.action == "open":
@@ -97,7 +97,7 @@ def plan_opening(sequence: MoveSequence, observation: Observation, height: float
     return replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *eased, *later))
 
 
-def _find_way_behind(misplaced: np.ndarray, aside: np.ndarray, way: np.ndarray) -> np.ndarray:
+def find_way_behind(misplaced: np.ndarray, aside: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Part of the planned way off the object that the base has behind it once the trunk is open, shape (3,) [m].
 
     The base that follows the hook goes back as the trunk straightens. All of the planned way would bring the head of the
