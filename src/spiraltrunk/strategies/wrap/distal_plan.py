@@ -8,8 +8,8 @@ Width and height of the object decide: the wider it is, the nearer to the base t
 trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. An object is wrapped above
 its centre, so that its weight keeps it upright, and below its rim. Strategies 4 to 6 differ in the share of the height
 at which they wrap. Up to about 100 mm of height their plans are nearly the same, as the clearance of housing and trunk
-decides. The height of a cylinder from which they wrap it in full, with the paper's trunk (what is wider than 96 mm may be
-wrapped nearer to its rim, `standing_plan.HIGHEST`):
+decides. The height of a cylinder from which they wrap it in full, with the paper's trunk (what is wider than 96 mm may
+be wrapped nearer to its rim, `standing_plan.HIGHEST`):
 
 | width | 4, 5 (oblique) | 6 (horizontal) |
 |---|---|---|

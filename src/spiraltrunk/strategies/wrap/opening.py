@@ -100,8 +100,8 @@ def plan_opening(sequence: MoveSequence, observation: Observation, height: float
 def find_way_behind(misplaced: np.ndarray, aside: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Part of the planned way off the object that the base has behind it once the trunk is open, shape (3,) [m].
 
-    The base that follows the hook goes back as the trunk straightens. All of the planned way would bring the head of the
-    arm to its pedestal.
+    The base follows the hook and goes back as the trunk straightens. All of the planned way from there would bring the
+    arm's last link to its pedestal.
 
     Args:
         misplaced: from where the object was to stand to where it stands, shape (3,) [m].

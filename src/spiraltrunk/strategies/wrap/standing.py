@@ -310,7 +310,7 @@ def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...],
 
 
 def _rest_further(sequence: MoveSequence) -> MoveSequence:
-    """The sequence with as many rests after the present one as a swaying object is to be seen still, MOST_RESTS at most."""
+    """The sequence with SEEN_STILL rests after the present one, and no more than MOST_RESTS in all."""
     count = [move.action for move in sequence.moves].count("rest")
     left = len(sequence.moves) - 1 - sequence.index
     return insert_next(sequence, (sequence.move,) * min(SEEN_STILL - left, MOST_RESTS - count))

@@ -275,7 +275,8 @@ def _wrap_height(observation: Observation, plane: WrapPlane, tilts: np.ndarray, 
     asked = max(plane.height, plane.slender_height) if is_slender else plane.height
     height = max(asked * length, float((sink + first[:, 2]).max()) + plane.ground_gap)
     height = max(height, float(sink[0] + back) + plane.ground_gap + SAG * design.length * turn)
-    is_narrow = widths_between(observation.task.target, *loop_band(observation.task.target))[1] <= NARROW * design.length
+    target = observation.task.target
+    is_narrow = widths_between(target, *loop_band(target))[1] <= NARROW * design.length
     highest = HIGHEST_NARROW if is_narrow else HIGHEST
     if height > highest * length:
         least = f"{math.ceil(1e3 * height / highest - 1e-6)} mm"
