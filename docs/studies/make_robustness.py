@@ -4,7 +4,8 @@
 `python docs/studies/make_robustness.py FOLDER`. Without a folder the pages are made from robustness.json.
 
 `python docs/studies/make_robustness.py --survey CONDITION FOLDER` puts a survey in the place of a condition's trials,
-as of `spiraltrunk survey --friction 0.15 --trials 50 --out FOLDER`.
+as of `spiraltrunk survey --friction 0.15 --trials 50 --out FOLDER`. `--replace FOLDER` puts trials of study_robustness.py
+in the place of those with the same condition and strategy, and keeps all others.
 """
 
 from __future__ import annotations
@@ -41,6 +42,9 @@ def main(folders: Sequence[str]) -> int:
     if len(folders) == 3 and folders[0] == "--survey":
         replace_condition(folders[1], Path(folders[2]))
         folders = ()
+    if len(folders) == 2 and folders[0] == "--replace":
+        replace_strategies(Path(folders[1]))
+        folders = ()
     if len(folders) > 1:
         print("make_robustness: given several folders; allowed: one, of study_robustness.py's trials", file=sys.stderr)
         return 2
@@ -59,6 +63,15 @@ def replace_condition(condition: str, folder: Path) -> None:
     trials = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
     kept = [row for row in json.loads(RESULT.read_text())["rows"] if row["condition"] != condition]
     new = [{"condition": condition, "source": source, **row} for row in trials]
+    write_text(RESULT, format_rows([*kept, *new]))
+
+
+def replace_strategies(folder: Path) -> None:
+    """Put trials of study_robustness.py into robustness.json in the place of their conditions' and strategies'."""
+    new = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
+    counted = {(row["condition"], row["strategy"]) for row in new}
+    rows = json.loads(RESULT.read_text())["rows"]
+    kept = [row for row in rows if (row["condition"], row["strategy"]) not in counted]
     write_text(RESULT, format_rows([*kept, *new]))
 
 
