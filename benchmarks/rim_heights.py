@@ -89,7 +89,9 @@ def main() -> int:
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     log = given.out / "rim_heights.jsonl"
-    rows = [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []
+    lines = log.read_text().splitlines(keepends=True) if log.exists() else []
+    rows = [json.loads(line) for line in lines if line.endswith("\n")]
+    rows = [row for row in rows if row.get("fault") is None]
     seeds = range(given.start, given.start + given.objects)
     left = [seed for seed in seeds if seed not in {row["seed"] for row in rows}]
     with log.open("a") as file, closing(run_jobs(run_seed, left, given.workers)) as outcomes:
@@ -100,6 +102,9 @@ def main() -> int:
             file.flush()
             if "size_mm" in row:
                 print(json.dumps(row), flush=True)
+    faults = sum(row.get("fault") is not None for row in rows)
+    if faults:
+        print(f"{faults} seeds ended in a fault; the same command tries them again")
     compared = [row for row in rows if "size_mm" in row and row["seed"] in seeds]
     for name, is_narrow in (("narrow", True), ("wide", False)):
         own = [row for row in compared if (max(row["size_mm"][1:]) <= 1e3 * WIDTH) is is_narrow]

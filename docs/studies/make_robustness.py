@@ -4,8 +4,8 @@
 `python docs/studies/make_robustness.py FOLDER`. Without a folder the pages are made from robustness.json.
 
 `python docs/studies/make_robustness.py --survey CONDITION FOLDER` puts a survey in the place of a condition's trials,
-as of `spiraltrunk survey --friction 0.15 --trials 50 --out FOLDER`. `--replace FOLDER` puts trials of study_robustness.py
-in the place of those with the same condition and strategy, and keeps all others.
+as of `spiraltrunk survey --friction 0.15 --trials 50 --out FOLDER`. `--replace FOLDER` replaces the trials of each
+condition and strategy that study_robustness.py ran into the folder, and keeps all others.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from study_robustness import CONDITIONS
+from study_robustness import CONDITIONS, load_rows
 
 from spiraltrunk import strategies
 from spiraltrunk.files.atomic import write_text
@@ -43,7 +44,10 @@ def main(folders: Sequence[str]) -> int:
         replace_condition(folders[1], Path(folders[2]))
         folders = ()
     if len(folders) == 2 and folders[0] == "--replace":
-        replace_strategies(Path(folders[1]))
+        refused = replace_strategies(Path(folders[1]))
+        if refused is not None:
+            print(f"make_robustness: {refused}; allowed: as many or more", file=sys.stderr)
+            return 2
         folders = ()
     if len(folders) > 1:
         print("make_robustness: given several folders; allowed: one, of study_robustness.py's trials", file=sys.stderr)
@@ -66,13 +70,20 @@ def replace_condition(condition: str, folder: Path) -> None:
     write_text(RESULT, format_rows([*kept, *new]))
 
 
-def replace_strategies(folder: Path) -> None:
-    """Put trials of study_robustness.py into robustness.json in the place of their conditions' and strategies'."""
-    new = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
-    counted = {(row["condition"], row["strategy"]) for row in new}
-    rows = json.loads(RESULT.read_text())["rows"]
-    kept = [row for row in rows if (row["condition"], row["strategy"]) not in counted]
+def replace_strategies(folder: Path) -> str | None:
+    """Replace the trials in robustness.json of each condition and strategy that occurs in a folder's.
+
+    Returns:
+        why nothing was replaced: a condition and strategy have fewer trials than there are; else None.
+    """
+    new, rows = load_rows(folder / "trials.jsonl"), json.loads(RESULT.read_text())["rows"]
+    counts, old = (Counter((row["condition"], row["strategy"]) for row in each) for each in (new, rows))
+    short = [f"{name}, {condition}" for (condition, name), count in counts.items() if count < old[condition, name]]
+    if short:
+        return f"{folder} has fewer trials than there are of {'; '.join(short)}"
+    kept = [row for row in rows if (row["condition"], row["strategy"]) not in counts]
     write_text(RESULT, format_rows([*kept, *new]))
+    return None
 
 
 def load_figures() -> tuple[list[dict[str, Any]], dict[str, Any]]:

@@ -44,7 +44,7 @@ SURVEY_SEEDS = {
 """Seeds of the trials that stand in the page (`--seed`, or a survey's by `make_robustness.py --survey`)."""
 
 STANDING_WRAPS = ("wrap-oblique-low", "wrap-oblique", "wrap-horizontal")
-"""Strategies of which most trials were counted anew."""
+"""Wraps of standing objects, counted anew after their withdrawal was mended."""
 
 RECOUNTED = (
     {("friction 0.15", name): 8207 for name in STANDING_WRAPS}

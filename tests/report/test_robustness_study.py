@@ -59,6 +59,25 @@ def test_the_rows_are_trials_of_the_study(pages: ModuleType) -> None:
     assert len(set(keys)) == len(keys)
 
 
+def test_recounted_trials_take_the_place_of_the_same_condition_and_strategy(
+    pages: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    rows, _ = pages.load_figures()
+    monkeypatch.setattr(pages, "RESULT", tmp_path / "robustness.json")
+    pages.RESULT.write_text(pages.format_rows(rows))
+    own = [row for row in rows if (row["condition"], row["strategy"]) == ("m 1.7", "kick")]
+    trials = tmp_path / "trials.jsonl"
+    turned = [row | {"success": not row["success"]} for row in own]
+    trials.write_text("".join(json.dumps(row) + "\n" for row in turned) + '{"cut')
+    assert pages.replace_strategies(tmp_path) is None
+    after, _ = pages.load_figures()
+    assert [row for row in after if row not in rows] == turned
+    assert len(after) == len(rows)
+    trials.write_text("".join(json.dumps(row) + "\n" for row in turned[1:]))
+    assert pages.replace_strategies(tmp_path) == f"{tmp_path} has fewer trials than there are of kick, m 1.7"
+    assert pages.load_figures()[0] == after
+
+
 def test_each_condition_changes_one_thing() -> None:
     study = load("study_robustness")
     paper, conditions = presets.PAPER, study.CONDITIONS

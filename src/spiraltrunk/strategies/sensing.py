@@ -34,13 +34,6 @@ def seen_position(observation: Observation) -> np.ndarray:
     return observation.task.target.position if observation.camera is None else observation.camera.position
 
 
-def seen_top(observation: Observation) -> np.ndarray:
-    """Top of a standing object by the camera, or as announced where no camera looks, shape (3,) [m]."""
-    target, camera = observation.task.target, observation.camera
-    axis = target.axis if camera is None else camera.axis
-    return seen_position(observation) + target.length / 2 * math.copysign(1.0, float(axis[2])) * axis
-
-
 def limit_ventral_lead(observation: Observation, lead: float) -> np.ndarray:
     """Upper bounds of the cable pulls that keep the ventral cables together, shape (n_cable,) [m].
 

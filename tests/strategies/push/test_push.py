@@ -204,6 +204,11 @@ def test_a_cone_is_gripped_where_its_foot_is_wider_than_the_fingers_open():
         tip_height(lying)
 
 
+@pytest.mark.parametrize("name", ["cone-90", "cone:diameter_mm=90,height_mm=60,mass_g=100"])
+def test_a_cone_that_slips_out_of_the_fingers_is_wrapped(name):
+    assert choose_grasp(_task(name)).name == "wrap-horizontal"
+
+
 @pytest.mark.parametrize("strategy", [Kick(), Sweep(grasp=lambda task: Fake())], ids=["kick", "sweep"])
 def test_commands_are_smooth_and_within_the_motors_tension(strategy):
     log = run(Table(_task(strategy=type(strategy)), (0.01, -0.01)), strategy)

@@ -17,7 +17,7 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move, MoveSequence, begin, tilted_base
 from spiraltrunk.strategies.wrap import opening, standing_plan
 from spiraltrunk.strategies.wrap.hook_model import find_first, find_hook
-from spiraltrunk.strategies.wrap.opening import find_way_behind, plan_opening, press_down, right
+from spiraltrunk.strategies.wrap.opening import find_withdrawn, plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.standing import WrapHorizontal
 from spiraltrunk.strategies.wrap.standing_model import cable_pulls, object_center, section_ends, shut_pull
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink
@@ -137,11 +137,11 @@ def find_ways(sequence: MoveSequence, seen: Observation) -> tuple[np.ndarray, np
     return (last - before)[:2], (off - last)[:2], (away - before)[:2]
 
 
-def test_the_base_draws_off_the_way_that_it_did_not_go_back_with_the_hook() -> None:
+def test_the_base_withdraws_by_what_it_did_not_go_back_with_the_hook() -> None:
     aside, off, planned = find_ways(*touched_down())
     whole = float(np.linalg.norm(planned))
     behind = float(aside @ planned) / whole
-    assert 0.1 * whole < behind < (1 - opening.STILL_BACK) * whole
+    assert 0.1 * whole < behind < (1 - opening.LEAST_WITHDRAWAL) * whole
     np.testing.assert_allclose(off, planned * (1 - behind / whole), atol=1e-12)
 
 
@@ -151,18 +151,18 @@ def test_the_base_draws_off_the_way_that_it_did_not_go_back_with_the_hook() -> N
         ([0.0, 0.0, 0.0], [0.01, -0.03, 0.02], 0.03),
         ([0.02, -0.02, 0.3], [0.0, -0.03, 0.0], 0.01),  # The object stands further back, so that less is behind it.
         ([0.0, 0.0, 0.0], [0.0, 0.05, 0.0], 0.0),
-        ([0.0, 0.0, 0.0], [0.0, -0.5, 0.0], 0.1 * (1 - opening.STILL_BACK)),
+        ([0.0, 0.0, 0.0], [0.0, -0.5, 0.0], 0.1 * (1 - opening.LEAST_WITHDRAWAL)),
     ],
 )
-def test_of_the_way_off_an_object_counts_what_leads_away_from_where_it_stands(
+def test_only_what_leads_away_from_where_the_object_stands_counts_as_withdrawn(
     misplaced: list[float], aside: list[float], behind: float
 ) -> None:
-    way = find_way_behind(np.array(misplaced), np.array(aside), np.array([0.0, -0.1, 0.04]))
+    way = find_withdrawn(np.array(misplaced), np.array(aside), np.array([0.0, -0.1, 0.04]))
     np.testing.assert_allclose(way, [0.0, -behind, 0.0], atol=1e-12)
 
 
-def test_a_base_that_does_not_draw_off_has_no_way_behind_it() -> None:
-    np.testing.assert_array_equal(find_way_behind(np.zeros(3), np.ones(3), np.array([0.0, 0.0, 0.1])), np.zeros(3))
+def test_where_no_withdrawal_is_planned_none_is_covered() -> None:
+    np.testing.assert_array_equal(find_withdrawn(np.zeros(3), np.ones(3), np.array([0.0, 0.0, 0.1])), np.zeros(3))
 
 
 @pytest.mark.parametrize(

@@ -182,13 +182,25 @@ def test_narrow_things_are_wrapped_in_full_only_well_below_their_rim(
     assert WrapObliqueLow().init(seen).is_distal is is_distal
 
 
+def test_a_narrow_thing_is_wrapped_near_its_rim_where_no_distal_wrap_can_be_planned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(observation: Observation, plane: standing_plan.WrapPlane) -> tuple[Move, ...]:
+        raise ModelError("no distal wrap")
+
+    monkeypatch.setattr(standing, "plan_distal_moves", refuse)
+    assert not WrapObliqueLow().init(first_seen("cylinder:diameter_mm=80,height_mm=144,mass_g=200")).is_distal
+    with pytest.raises(ModelError, match="no distal wrap"):
+        WrapObliqueLow().init(first_seen("cylinder:diameter_mm=80,height_mm=110,mass_g=200"))
+
+
 def test_the_end_waits_until_what_rocks_is_seen_still(start: tuple[StandingState, Observation]) -> None:
     state, seen = at_the_end_of(start, "leave", 0.0)
 
     def look(state: StandingState, time: float, lean: float) -> StandingState:
         axis = np.array([math.sin(lean), 0.0, math.cos(lean)])
         camera = CameraObservation(time=time, position=seen.task.goal.place, axis=axis)
-        later = replace(seen, time=time, camera=camera)
+        later = replace(seen, time=time + 0.01, camera=camera)
         return STRATEGY.step(replace(state, sequence=replace(state.sequence, since=time - 9.0)), later)[0]
 
     state = look(state, seen.time, 0.0)
@@ -200,6 +212,9 @@ def test_the_end_waits_until_what_rocks_is_seen_still(start: tuple[StandingState
         time += 0.5
         state = look(state, time, lean)
     assert state.is_done
+    again = look(at_the_end_of(start, "leave", 0.0)[0], seen.time, 0.0)
+    assert not look(again, seen.time, 0.0).is_done  # The camera has not looked since.
+    assert look(again, seen.time + 0.5, 1.5).is_done  # What has toppled is not waited for.
     state, time = look(at_the_end_of(start, "leave", 0.0)[0], seen.time, 0.0), seen.time
     for i in range(standing.MOST_RESTS):  # What never stands still is left in the end.
         assert not state.is_done

@@ -23,7 +23,7 @@ import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
-from spiraltrunk.strategies.fingertip.plan import passed_width
+from spiraltrunk.strategies.fingertip.assess import assess_fingers
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
 from spiraltrunk.strategies.moves import Move, advance, base_position, begin, insert_next
 from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
@@ -225,11 +225,11 @@ def _is_low(state: SweepState, observation: Observation) -> bool:
 
 def choose_grasp(task: Task) -> Strategy[Any]:
     """The tip gripper for what it can hold, a horizontal wrap for larger objects."""
-    gripper, target = task.design.gripper, task.target
+    gripper, target, fingers = task.design.gripper, task.target, TipGrip()
     if gripper is None:
         return WrapHorizontal()
-    width = passed_width(task) if target.kind == "cone" else target.width
-    return TipGrip() if width <= gripper.grasp_width else WrapHorizontal()
+    may_hold = target.kind == "cone" and assess_fingers(fingers, task).feasible  # Its foot may be wider than they open.
+    return fingers if target.width <= gripper.grasp_width or may_hold else WrapHorizontal()
 
 
 def task_to_grasp(observation: Observation) -> Task:

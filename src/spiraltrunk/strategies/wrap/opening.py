@@ -52,8 +52,8 @@ PRESS = 0.8
 """Force by which the object is pressed on the ground [N]."""
 PRESS_STEP = 0.0002
 """Sinking of the base at each reading for the whole of that force [m]: 10 mm/s."""
-STILL_BACK = 0.3
-"""Least part of the planned way off the object that the base goes once the trunk is open [-]."""
+LEAST_WITHDRAWAL = 0.3
+"""Least part of the planned withdrawal that is left to the base once the trunk is open [-]."""
 RIGHT = 0.75
 """Part of a lean that is righted at each step [-]."""
 UPRIGHT = math.radians(2.5)
@@ -81,7 +81,7 @@ def plan_opening(sequence: MoveSequence, observation: Observation, height: float
     last = eased[-1]
     opened, drawn = (next(m.position for m in sequence.moves if m.action == name) for name in ("open", "draw off"))
     aside = (last.position - opened) * [1.0, 1.0, 0.0]
-    aside = aside - find_way_behind(camera.position - observation.task.goal.place, aside, drawn - opened)
+    aside = aside - find_withdrawn(camera.position - observation.task.goal.place, aside, drawn - opened)
 
     def follow(move: Move) -> Move:
         if move.action == "open":
@@ -97,23 +97,23 @@ def plan_opening(sequence: MoveSequence, observation: Observation, height: float
     return replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *eased, *later))
 
 
-def find_way_behind(misplaced: np.ndarray, aside: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Part of the planned way off the object that the base has behind it once the trunk is open, shape (3,) [m].
+def find_withdrawn(misplaced: np.ndarray, aside: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Part of the planned withdrawal that the base has covered when the trunk is open, shape (3,) [m].
 
-    The base follows the hook and goes back as the trunk straightens. All of the planned way from there would bring the
+    The base follows the hook and goes back as the trunk straightens. The whole withdrawal from there would bring the
     arm's last link to its pedestal.
 
     Args:
-        misplaced: from where the object was to stand to where it stands, shape (3,) [m].
+        misplaced: from where the object was to stand to where its centre is, shape (3,) [m].
         aside: from where the base was to be once the trunk is open to where it is, shape (3,) [m].
-        way: planned way of the base off the object, shape (3,) [m].
+        way: planned withdrawal of the base, shape (3,) [m].
     """
     level = np.array([way[0], way[1], 0.0])
     whole = float(np.linalg.norm(level))
     if whole < 1e-9:
         return 0.0 * level
     behind = float((aside - misplaced) @ level) / whole
-    return level / whole * min(max(behind, 0.0), (1 - STILL_BACK) * whole)
+    return level / whole * min(max(behind, 0.0), (1 - LEAST_WITHDRAWAL) * whole)
 
 
 def press_down(sequence: MoveSequence, observation: Observation, load: float) -> MoveSequence:

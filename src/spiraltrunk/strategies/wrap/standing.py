@@ -39,7 +39,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
@@ -56,7 +56,7 @@ from spiraltrunk.strategies.moves import (
     shift_later,
     turn_left,
 )
-from spiraltrunk.strategies.sensing import measure_lean, seen_position, seen_top, ventral_tension, weight
+from spiraltrunk.strategies.sensing import measure_lean, seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
 from spiraltrunk.strategies.wrap.approach import approach_direction
 from spiraltrunk.strategies.wrap.arm_lag import Tensions, delay_tension
@@ -128,7 +128,7 @@ class StandingState(LoadState):
     pull: np.ndarray
     """Cable pulls, smoothed, shape (n_cable,) [m]."""
     seen: np.ndarray
-    """Position of the object when the grasp was planned, and of its top once it is released, shape (3,) [m]."""
+    """Position of the object when the grasp was planned, shape (3,) [m]."""
     tight: np.ndarray
     """Tensions of the tightened wrap, shape (n_cable,) [N]."""
     shift: float = 0.0
@@ -141,6 +141,8 @@ class StandingState(LoadState):
     """Height above the object's foot at which its girth counts as the trunk opens [m]."""
     is_unsteady: bool = False
     """Whether the object is not touched before the trunk curls."""
+    last_look: CameraObservation | None = None
+    """What the camera saw of the released object at the end of the move before."""
     recent: Tensions = ()
     """Planned tensions of the last periods, which are delayed by the arm's lag."""
 
@@ -243,12 +245,10 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = right(sequence, observation, state.height)
         if action == "hold":
             sequence = set_down_clear(sequence, observation, self.plane.ground_gap)
+        if action == "rest" and not _is_at_rest(observation, state.last_look):
+            sequence = _rest_further(sequence)
         if action in ("leave", "rest"):
-            seen = seen_top(observation)
-            is_still = float(np.linalg.norm(seen - state.seen)) <= STILL
-            if action == "rest" and not is_still:
-                sequence = _rest_further(sequence)
-            state = replace(state, seen=seen)
+            state = replace(state, last_look=observation.camera)
         if sequence.is_last:
             return replace(state, is_done=True)
         sequence = go_on(sequence, observation)
@@ -300,13 +300,34 @@ class WrapHorizontal(StandingWrap):
 def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:
     """Moves of a full wrap, or of a distal one where the object is too short for it, and whether they are the latter.
 
+    A full wrap near the rim is the last choice.
+
     Raises:
-        ModelError: where neither is possible; it is the distal wrap's.
+        ModelError: where none is possible; it is the distal wrap's.
     """
     try:
         return plan_moves(observation, plane), False
     except ModelError:
+        pass
+    try:
         return plan_distal_moves(observation, plane), True
+    except ModelError as error:
+        try:
+            return plan_moves(observation, plane, may_be_near_rim=True), False
+        except ModelError:
+            raise error from None
+
+
+def _is_at_rest(observation: Observation, before: CameraObservation | None) -> bool:
+    """Whether a later look than ``before`` shows the object's top where it was, or the object has toppled.
+
+    Without a camera it counts as at rest.
+    """
+    camera, half = observation.camera, observation.task.target.length / 2
+    if camera is None or before is None or has_toppled(observation):
+        return True
+    moved = camera.position + half * camera.axis - (before.position + half * before.axis)
+    return camera.time > before.time and float(np.linalg.norm(moved)) <= STILL
 
 
 def _rest_further(sequence: MoveSequence) -> MoveSequence:

@@ -148,13 +148,18 @@ def move_time(design: TrunkDesign, action: str) -> float:
     return TIMES[action] * stretch(design) ** (LONG_TURN if action == "turn" else 1)
 
 
-def plan_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
+def plan_moves(observation: Observation, plane: WrapPlane, *, may_be_near_rim: bool = False) -> tuple[Move, ...]:
     """All moves from a hanging trunk over grasp and release to the trunk beside the object.
+
+    Args:
+        observation: what is seen at the start.
+        plane: of the wrap.
+        may_be_near_rim: whether a narrow object may be wrapped as near to its rim as a wide one.
 
     Raises:
         ModelError: where the cables cannot pull as needed, or the object is too short.
     """
-    steps, lever = _plan_steps(observation, plane)
+    steps, lever = _plan_steps(observation, plane, may_be_near_rim)
     design, shut = observation.task.design, shut_pull(observation.task.design)
     load = observation.task.target.mass * GRAVITY * lever
     grip = GRIP + CARRY * load / float(design.joint_stiffness[0] * design.joint_limit)
@@ -162,7 +167,7 @@ def plan_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
     return _moves(observation, plane, steps, tight, level)
 
 
-def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step, ...], float]:
+def _plan_steps(observation: Observation, plane: WrapPlane, may_be_near_rim: bool) -> tuple[tuple[_Step, ...], float]:
     """Steps of the curl, and the final distance of the object from the base, level [m]."""
     design, target = observation.task.design, observation.task.target
     width, shut = wrapped_width(target), float(shut_pull(design)[0])
@@ -178,7 +183,7 @@ def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step
     at = zip(tilts, tensions, strict=True)
     first = np.array([object_center(design, width, tilt, tension, section) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilts[0], tension, REST) for tension in slackening])
-    middle = np.array([0.0, 0.0, _wrap_height(observation, plane, tilts, first)])
+    middle = np.array([0.0, 0.0, _wrap_height(observation, plane, tilts, first, may_be_near_rim)])
     closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
     opening[:, 2] = closing[0, 2]  # The housing clears the ground on this way.
@@ -258,7 +263,9 @@ def _tension(design: TrunkDesign, differential: float, ventral: float) -> np.nda
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
 
 
-def _wrap_height(observation: Observation, plane: WrapPlane, tilts: np.ndarray, first: np.ndarray) -> float:
+def _wrap_height(
+    observation: Observation, plane: WrapPlane, tilts: np.ndarray, first: np.ndarray, may_be_near_rim: bool
+) -> float:
     """Height of the wrap over the ground at which the housing clears the ground at every step [m].
 
     It also clears the ground at release: an object that was wrapped in a falling plane is turned back until it is
@@ -277,7 +284,7 @@ def _wrap_height(observation: Observation, plane: WrapPlane, tilts: np.ndarray, 
     height = max(height, float(sink[0] + back) + plane.ground_gap + SAG * design.length * turn)
     target = observation.task.target
     is_narrow = widths_between(target, *loop_band(target))[1] <= NARROW * design.length
-    highest = HIGHEST_NARROW if is_narrow else HIGHEST
+    highest = HIGHEST_NARROW if is_narrow and not may_be_near_rim else HIGHEST
     if height > highest * length:
         least = f"{math.ceil(1e3 * height / highest - 1e-6)} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")
