@@ -16,7 +16,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move, tilted_base
-from spiraltrunk.strategies.wrap import attempts, standing, standing_plan
+from spiraltrunk.strategies.wrap import attempts, distal_plan, set_down, standing, standing_plan
 from spiraltrunk.strategies.wrap.attempts import CUT, SAG_MOST, lift_further
 from spiraltrunk.strategies.wrap.standing import (
     StandingState,
@@ -188,7 +188,7 @@ def test_a_narrow_thing_is_wrapped_near_its_rim_where_no_distal_wrap_can_be_plan
     def refuse(observation: Observation, plane: standing_plan.WrapPlane) -> tuple[Move, ...]:
         raise ModelError("no distal wrap")
 
-    monkeypatch.setattr(standing, "plan_distal_moves", refuse)
+    monkeypatch.setattr(distal_plan, "plan_distal_moves", refuse)
     assert not WrapObliqueLow().init(first_seen("cylinder:diameter_mm=80,height_mm=144,mass_g=200")).is_distal
     with pytest.raises(ModelError, match="no distal wrap"):
         WrapObliqueLow().init(first_seen("cylinder:diameter_mm=80,height_mm=110,mass_g=200"))
@@ -216,7 +216,7 @@ def test_the_end_waits_until_what_rocks_is_seen_still(start: tuple[StandingState
     assert not look(again, seen.time, 0.0).is_done  # The camera has not looked since.
     assert look(again, seen.time + 0.5, 1.5).is_done  # What has toppled is not waited for.
     state, time = look(at_the_end_of(start, "leave", 0.0)[0], seen.time, 0.0), seen.time
-    for i in range(standing.MOST_RESTS):  # What never stands still is left in the end.
+    for i in range(set_down.MOST_RESTS):  # What never stands still is left in the end.
         assert not state.is_done
         time += 0.5
         state = look(state, time, 0.06 * (i % 2 - 0.5))

@@ -61,6 +61,7 @@ from spiraltrunk.strategies.wrap.standing_plan import (
     WrapPlane,
     housing_sink,
     move_time,
+    plan_moves,
 )
 
 # All of these are ours, tuned in simulated trials.
@@ -105,6 +106,27 @@ class _Step:
     """Cable tensions, shape (n_cable,) [N]."""
     position: np.ndarray
     """Position of the base from the ground below the object, in the world's directions, shape (3,) [m]."""
+
+
+def plan_wrap(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:
+    """Moves of a full wrap, or of a distal one where the object is too short for it, and whether they are the latter.
+
+    A full wrap near the rim is the last choice.
+
+    Raises:
+        ModelError: where none is possible; it is the distal wrap's.
+    """
+    try:
+        return plan_moves(observation, plane), False
+    except ModelError:
+        pass
+    try:
+        return plan_distal_moves(observation, plane), True
+    except ModelError as error:
+        try:
+            return plan_moves(observation, plane, may_be_near_rim=True), False
+        except ModelError:
+            raise error from None
 
 
 def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:

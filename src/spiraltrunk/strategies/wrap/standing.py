@@ -40,7 +40,6 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Command, Observation
-from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     PHASES,
@@ -74,11 +73,18 @@ from spiraltrunk.strategies.wrap.attempts import (
     try_again,
     yield_upwards,
 )
-from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_distal_moves
+from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_wrap
 from spiraltrunk.strategies.wrap.light_object import describe_no_load, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
-from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_clear
-from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, SLOWLY, WrapPlane, plan_moves
+from spiraltrunk.strategies.wrap.set_down import (
+    DISTAL_DRAG,
+    DRAG,
+    center_place,
+    is_on_ground,
+    rest_until_still,
+    set_down_clear,
+)
+from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, SLOWLY, WrapPlane
 from spiraltrunk.strategies.wrap.unsteady import is_unsteady, stop_before
 from spiraltrunk.strategies.wrap.upright import carry_upright
 
@@ -92,11 +98,6 @@ RELIEF = 0.02
 """Retreat of the arm from the touch, over the trunk's length [-]: an object that is pressed on is dragged."""
 RETRIES = 1
 """Number of further attempts [-]."""
-STILL = 0.002
-"""Way of the released object's top from one observation to the next from which it still moves [m]: a camera's errors
-vary by less. A tall box that is let go rocks on its edges."""
-SEEN_STILL, MOST_RESTS = 2, 10
-"""Times that such an object must be seen still before the end, and largest number of rests until then [-]."""
 CORNER = 0.8
 """Part of a move after which the next one begins, where the base may round the corner between them [-]."""
 
@@ -165,11 +166,11 @@ class StandingWrap(MoveStrategy[StandingState]):
 
     def base_path(self, observation: Observation) -> tuple[np.ndarray, ...]:
         """Frames of the base at the ends of all moves of the first attempt."""
-        return tuple(build_frame(move) for move in _plan(observation, self.plane)[0])
+        return tuple(build_frame(move) for move in plan_wrap(observation, self.plane)[0])
 
     def init(self, observation: Observation) -> StandingState:
         """Plan positions and tensions from design and object."""
-        moves, is_distal = _plan(observation, self.plane)
+        moves, is_distal = plan_wrap(observation, self.plane)
         task, side, unsteady = observation.task, approach_direction(observation, is_distal), is_unsteady(observation)
         moves = stop_before(moves, OVERSHOOT * task.design.length * side) if unsteady else moves
         height = find_height(task, self.plane) if is_distal else self.plane.opening_height * task.target.length
@@ -245,8 +246,8 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = right(sequence, observation, state.height)
         if action == "hold":
             sequence = set_down_clear(sequence, observation, self.plane.ground_gap)
-        if action == "rest" and not _is_at_rest(observation, state.last_look):
-            sequence = _rest_further(sequence)
+        if action == "rest":
+            sequence = rest_until_still(sequence, observation, state.last_look)
         if action in ("leave", "rest"):
             state = replace(state, last_look=observation.camera)
         if sequence.is_last:
@@ -295,46 +296,6 @@ class WrapHorizontal(StandingWrap):
     name = "wrap-horizontal"
     number = 6
     plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55, lowering=SLOWLY)
-
-
-def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:
-    """Moves of a full wrap, or of a distal one where the object is too short for it, and whether they are the latter.
-
-    A full wrap near the rim is the last choice.
-
-    Raises:
-        ModelError: where none is possible; it is the distal wrap's.
-    """
-    try:
-        return plan_moves(observation, plane), False
-    except ModelError:
-        pass
-    try:
-        return plan_distal_moves(observation, plane), True
-    except ModelError as error:
-        try:
-            return plan_moves(observation, plane, may_be_near_rim=True), False
-        except ModelError:
-            raise error from None
-
-
-def _is_at_rest(observation: Observation, before: CameraObservation | None) -> bool:
-    """Whether a later look than ``before`` shows the object's top where it was, or the object has toppled.
-
-    Without a camera it counts as at rest.
-    """
-    camera, half = observation.camera, observation.task.target.length / 2
-    if camera is None or before is None or has_toppled(observation):
-        return True
-    moved = camera.position + half * camera.axis - (before.position + half * before.axis)
-    return camera.time > before.time and float(np.linalg.norm(moved)) <= STILL
-
-
-def _rest_further(sequence: MoveSequence) -> MoveSequence:
-    """The sequence with SEEN_STILL rests after the present one, and no more than MOST_RESTS in all."""
-    count = [move.action for move in sequence.moves].count("rest")
-    left = len(sequence.moves) - 1 - sequence.index
-    return insert_next(sequence, (sequence.move,) * min(SEEN_STILL - left, MOST_RESTS - count))
 
 
 def _sense_touch(state: StandingState, observation: Observation) -> StandingState:
