@@ -24,6 +24,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.files.atomic import write_text
 from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.objects.presentation import as_measured
@@ -33,7 +34,7 @@ from spiraltrunk.workflows.grasp.choice.ranking import rank_object
 from spiraltrunk.workflows.grasp.trial import build_plant, run_trial
 from spiraltrunk.workflows.grasp.world import draw_scene
 
-LIMITS = (0.85, 0.76)
+LIMITS = (standing_plan.HIGHEST, standing_plan.HIGHEST_NARROW)
 """Largest heights of a full wrap that are compared, over the object's height [-]."""
 
 WIDTH = standing_plan.NARROW * presets.PAPER.length
@@ -92,6 +93,7 @@ def main() -> int:
     lines = log.read_text().splitlines(keepends=True) if log.exists() else []
     rows = [json.loads(line) for line in lines if line.endswith("\n")]
     rows = [row for row in rows if row.get("fault") is None]
+    write_text(log, "".join(json.dumps(row) + "\n" for row in rows))  # Without a line that was cut off.
     seeds = range(given.start, given.start + given.objects)
     left = [seed for seed in seeds if seed not in {row["seed"] for row in rows}]
     with log.open("a") as file, closing(run_jobs(run_seed, left, given.workers)) as outcomes:

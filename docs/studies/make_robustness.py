@@ -46,7 +46,7 @@ def main(folders: Sequence[str]) -> int:
     if len(folders) == 2 and folders[0] == "--replace":
         refused = replace_strategies(Path(folders[1]))
         if refused is not None:
-            print(f"make_robustness: {refused}; allowed: as many or more", file=sys.stderr)
+            print(f"make_robustness: {refused}; allowed: a folder with as many trials or more", file=sys.stderr)
             return 2
         folders = ()
     if len(folders) > 1:
@@ -74,9 +74,12 @@ def replace_strategies(folder: Path) -> str | None:
     """Replace the trials in robustness.json of each condition and strategy that occurs in a folder's.
 
     Returns:
-        why nothing was replaced: a condition and strategy have fewer trials than there are; else None.
+        why nothing was replaced: the folder has no trials, or fewer than there are of a condition and strategy; else
+        None.
     """
     new, rows = load_rows(folder / "trials.jsonl"), json.loads(RESULT.read_text())["rows"]
+    if not new:
+        return f"{folder} has no trials"
     counts, old = (Counter((row["condition"], row["strategy"]) for row in each) for each in (new, rows))
     short = [f"{name}, {condition}" for (condition, name), count in counts.items() if count < old[condition, name]]
     if short:

@@ -75,6 +75,7 @@ def test_recounted_trials_take_the_place_of_the_same_condition_and_strategy(
     assert len(after) == len(rows)
     trials.write_text("".join(json.dumps(row) + "\n" for row in turned[1:]))
     assert pages.replace_strategies(tmp_path) == f"{tmp_path} has fewer trials than there are of kick, m 1.7"
+    assert pages.replace_strategies(tmp_path / "none") == f"{tmp_path / 'none'} has no trials"
     assert pages.load_figures()[0] == after
 
 
