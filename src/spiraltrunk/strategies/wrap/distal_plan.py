@@ -1,8 +1,9 @@
 """Moves of a distal wrap of a standing object: on the ground, only the part of the trunk that wraps it closes.
 
-A full wrap closes the base as well, and needs an object as tall as the base is then low. In a distal wrap the base
-stays open, and high, until the object is borne; it closes in the rise that tests the load. The base keeps one tilt, the
-flattest at which the housing clears the ground. The wrapping sections keep their mean height while the trunk curls.
+A full wrap closes the base as well, and needs an object so tall that the housing clears the ground; `plan_wrap` chooses
+between the two. In a distal wrap the base stays open, and high, until the object is borne; it closes in the rise that
+tests the load. The base keeps one tilt, the flattest at which the housing clears the ground. The wrapping sections keep
+their mean height while the trunk curls.
 
 Width and height of the object decide: the wider it is, the nearer to the base the wrap begins, and the further the
 trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. An object is wrapped above
