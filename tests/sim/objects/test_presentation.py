@@ -9,7 +9,7 @@ import trimesh
 from spiraltrunk import strategies
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.catalogue import CATALOGUE, parse_object
-from spiraltrunk.sim.objects.presentation import as_measured, natural_orientation, present
+from spiraltrunk.sim.objects.presentation import RESTS, as_measured, natural_orientation, present
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.objects.stable_poses import compute_stable_poses
 from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
@@ -55,6 +55,16 @@ def test_a_pose_that_is_asked_for_holds_for_every_strategy(text, expected):
         assert present(once, way) == once
         assert once.mass == shape.mass
         np.testing.assert_allclose(np.linalg.eigvalsh(once.inertia()), np.linalg.eigvalsh(shape.inertia()), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("seed", "tall_mm"), [(10306, 33.8), (10461, 25.6)])
+def test_a_flat_solid_that_would_not_rest_on_its_edge_lies_flat(seed, tall_mm):
+    shape = parse_object(f"everyday:seed={seed},pose=lying")
+    assert 1e3 * shape.size[0 if shape.up == "x" else 2] == pytest.approx(tall_mm, abs=0.1)
+    resting = next(p for p in compute_stable_poses(shape) if abs(1e3 * p.height - tall_mm) < 0.2)
+    assert resting.probability > 0.25
+    on_edge = [p for p in compute_stable_poses(parse_object(f"everyday:seed={seed}")) if p.probability < RESTS]
+    assert on_edge
 
 
 @pytest.mark.parametrize(

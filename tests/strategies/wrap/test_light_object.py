@@ -17,7 +17,7 @@ from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import MoveSequence
 from spiraltrunk.strategies.wrap.attempts import may_rise, rise_further
-from spiraltrunk.strategies.wrap.light_object import OFF_GROUND, is_off_ground, is_too_light
+from spiraltrunk.strategies.wrap.light_object import HIGH, OFF_GROUND, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.standing import RETRIES, StandingState, WrapHorizontal
 
 STRATEGY = WrapHorizontal()
@@ -87,6 +87,15 @@ def test_a_heavier_object_is_judged_by_the_arm() -> None:
     seen = seen_at(0.012, mass=60)
     state, _ = STRATEGY.step(at_the_end_of("try", seen, load=0.0), seen)
     assert state.gave_up == "nothing was lifted: the arm feels no load"
+
+
+@pytest.mark.parametrize(("rise", "gave_up"), [(HIGH + 0.01, None), (HIGH - 0.01, "the arm feels no load")])
+def test_what_the_arm_does_not_feel_while_it_brakes_is_carried_on_where_it_is_seen_high_up(
+    rise: float, gave_up: str | None
+) -> None:
+    seen = seen_at(rise, mass=70)
+    state, _ = STRATEGY.step(at_the_end_of("lift", seen, load=0.0), seen)
+    assert state.gave_up == (gave_up and f"nothing was lifted: {gave_up}")
 
 
 @pytest.mark.parametrize(("rise", "action"), [(0.02, "lower"), (0.0, "uncurl")])

@@ -30,17 +30,21 @@ AHEAD = np.array([0.0, 1.0, 0.0])
 
 
 @functools.cache
-def touched_down(lean: float = 0.0, tilt: float = 1.5) -> tuple[MoveSequence, Observation]:
-    """A cylinder that the trunk has lowered to the ground over its place, leaning ahead by ``lean`` [rad]."""
-    scene = SceneOptions(
-        support="ground", orientation="upright", shape=parse_object("cylinder-60"), position=(0.43, 0.14, 0.0)
-    )
+def touched_down(
+    lean: float = 0.0, tilt: float = 1.5, width: float = WIDTH, rise: float = 0.0
+) -> tuple[MoveSequence, Observation]:
+    """A cylinder that the trunk has lowered to the ground over its place, leaning ahead by ``lean`` [rad].
+
+    It is ``rise`` [m] above the ground.
+    """
+    shape = parse_object(f"cylinder-{1e3 * width:.0f}")
+    scene = SceneOptions(support="ground", orientation="upright", shape=shape, position=(0.43, 0.14, 0.0))
     seen = SimPlant(PAPER, scene).reset()
     moves = WrapHorizontal().init(seen).sequence.moves
     at = next(i for i, move in enumerate(moves) if move.action == "lower")
     rotation, tension = tilted_base(AHEAD, tilt), cable_pulls(PAPER, 1.3 * SHUT, 0.0)
-    hook = find_hook(PAPER, WIDTH, rotation, 1.3 * SHUT)
-    low = seen.task.target.length / 2 * math.cos(lean) + WIDTH / 2 * math.sin(lean)
+    hook = find_hook(PAPER, width, rotation, 1.3 * SHUT)
+    low = seen.task.target.length / 2 * math.cos(lean) + width / 2 * math.sin(lean) + rise
     ground = seen.task.goal.ground
     assert ground is not None
     center = np.array([*seen.task.goal.place[:2], ground + low])
@@ -114,6 +118,21 @@ def test_the_pull_falls_in_small_steps_and_the_hook_stays_round_the_object() -> 
         assert move.rotation is not None
         hook = find_hook(PAPER, WIDTH, move.rotation, relative_pull(move) * SHUT)
         np.testing.assert_allclose((move.position + hook.center - seen.task.goal.place)[:2], 0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("width", "lean", "rise", "is_soon"),
+    [(0.090, 0.0, 0.0, True), (0.120, 0.06, 0.0, True), (0.090, 0.08, 0.0, False), (0.090, 0.0, 0.03, False),
+     (WIDTH, 0.0, 0.0, False)],
+)  # fmt: skip
+def test_the_trunk_springs_open_sooner_round_a_wide_object_that_stands(
+    width: float, lean: float, rise: float, is_soon: bool
+) -> None:
+    sequence, seen = touched_down(lean, width=width, rise=rise)
+    pulls = [relative_pull(move) for move in steps(plan_opening(sequence, seen, HEIGHT))]
+    loose = opening.CLOSE * float(shut_pull(PAPER)[first_wrapped(snug_bend(PAPER, width))]) / SHUT
+    assert pulls[-1] == pytest.approx(opening.LAST_WIDE * loose if is_soon else opening.LAST)
+    assert pulls[-1] < loose
 
 
 def test_the_trunk_springs_open_where_the_last_step_ends() -> None:

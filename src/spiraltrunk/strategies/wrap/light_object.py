@@ -16,13 +16,17 @@ OFF_GROUND = 0.004
 of 3 mm differ, where 0.3 of the error varies between looks; a fifth of the rise that tests the load."""
 
 
+HIGH = 0.05
+"""Rise from which the trunk bears an object, whatever the arm feels [m] (ours): a light one, while the arm brakes."""
+
+
 def is_too_light(observation: Observation) -> bool:
     """Whether a camera looks, and the load by which an object counts as borne is less than `FELT`: below 51 g."""
     return observation.camera is not None and BORNE * observation.task.target.mass * GRAVITY < FELT
 
 
-def is_off_ground(observation: Observation, stood: float) -> bool:
-    """Whether the camera sees the object more than `OFF_GROUND` above where it would touch the ground.
+def is_off_ground(observation: Observation, stood: float, rise: float = OFF_GROUND) -> bool:
+    """Whether the camera sees the object more than ``rise`` [m] above where it would touch the ground.
 
     A cylinder of half length l and radius r that leans by t on its low edge has its centre l cos t + r sin t above the
     ground; l where it stands.
@@ -30,13 +34,14 @@ def is_off_ground(observation: Observation, stood: float) -> bool:
     Args:
         observation: what is seen; without a camera, false.
         stood: height of the object's centre as the camera saw it stand [m].
+        rise: least rise [m].
     """
     camera, target = observation.camera, observation.task.target
     if camera is None:
         return False
     half, cosine = target.length / 2, min(1.0, abs(float(camera.axis[2])))
     low = half * cosine + target.width / 2 * math.sqrt(1.0 - cosine**2)
-    return float(camera.position[2]) - stood > low - half + OFF_GROUND
+    return float(camera.position[2]) - stood > low - half + rise
 
 
 def describe_no_load(observation: Observation) -> str:

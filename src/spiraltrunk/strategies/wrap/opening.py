@@ -8,7 +8,8 @@ hook whose base rises a little would lift it, and what is pressed on the ground 
 as the housing clears the ground, the base turns with the sagging hook, so that the object stays upright. An object that
 leans as it touches down is set upright by the time at which only the hook holds it, and what still leans then is
 righted by what the camera sees. When the pull has fallen to `LAST`, the hook holds by little. Once the object stands
-upright, it springs open.
+upright, it springs open. A wide object is not in the hook but beside the back of the curled tail, which would drag it as
+the base follows: where it stands when it is set down, the trunk springs open sooner.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from spiraltrunk.strategies.moves import Move, MoveSequence, command_at, edit_mo
 from spiraltrunk.strategies.wrap.distal_plan import CLOSE
 from spiraltrunk.strategies.wrap.hook_model import Hook, find_first, find_hook
 from spiraltrunk.strategies.wrap.hung_plan import wrap_move
-from spiraltrunk.strategies.wrap.set_down import find_ground, righting
+from spiraltrunk.strategies.wrap.set_down import find_ground, is_on_ground, righting
 from spiraltrunk.strategies.wrap.standing_model import cable_pulls, girth_width, shut_pull
 from spiraltrunk.strategies.wrap.standing_plan import clear_height
 
@@ -37,6 +38,12 @@ STEP = 0.87
 LAST = 0.32
 """Pull from which the hook springs open, over the one that shuts joint 1 [-]. Followed further, its tip drags the
 object: the model does not know where a tip lies that slides."""
+WIDE = 0.13
+"""Least width of an object beside which the tail curls, over the trunk's length [-]: 65 mm for the paper's."""
+LAST_WIDE = 0.6
+"""Pull from which the trunk springs open round one that stands, over the one at which only the hook would hold it [-]."""
+STANDS = math.radians(4.0)
+"""Largest lean at which an object that was set down counts as standing [rad]: twice what a camera may err."""
 STEP_TIME = 0.2
 """Duration of a step [s]."""
 RUBBING_STEP_TIME = 0.4
@@ -161,7 +168,8 @@ def _plan_steps(
     """Steps of the opening: the hook goes from the leaning object to where the object stands upright on its edge."""
     design, now = observation.task.design, command_at(sequence, observation.time).T_world_base
     shut, half = float(shut_pull(design)[0]), observation.task.target.length / 2
-    pulls, n_eased = _choose_pulls(design, width, _relative_pull(design, observation.cable_tension))
+    last = _find_last(observation, camera, width)
+    pulls, n_eased = _choose_pulls(design, width, _relative_pull(design, observation.cable_tension), last)
     axis = camera.axis * math.copysign(1.0, float(camera.axis[2]))
     held = find_hook(design, width, now[:3, :3], pulls[0] * shut)
     hook = now[:3, 3] + held.center
@@ -179,14 +187,21 @@ def _plan_steps(
     return tuple(moves)
 
 
-def _choose_pulls(design: TrunkDesign, width: float, held: float) -> tuple[list[float], int]:
+def _find_last(observation: Observation, camera: CameraObservation, width: float) -> float:
+    """Pull from which the trunk springs open, over the one that shuts joint 1 [-]."""
+    design = observation.task.design
+    stands = is_on_ground(observation) and abs(float(camera.axis[2])) > math.cos(STANDS)
+    return LAST_WIDE * _loose_pull(design, width) if stands and width > WIDE * design.length else LAST
+
+
+def _choose_pulls(design: TrunkDesign, width: float, held: float, last: float) -> tuple[list[float], int]:
     """Pulls of the steps, the present one first, over the one that shuts joint 1, and how many until it is loose."""
     loose = _loose_pull(design, width)
     count = max(2, math.ceil((held - loose) / EASE))
     pulls = np.linspace(max(held, loose), loose, count + 1).tolist()
-    while pulls[-1] * STEP > LAST:
+    while pulls[-1] * STEP > last:
         pulls.append(pulls[-1] * STEP)
-    return [*pulls, *([LAST] if pulls[-1] > LAST else [])], count
+    return [*pulls, *([last] if pulls[-1] > last else [])], count
 
 
 def _place_base(

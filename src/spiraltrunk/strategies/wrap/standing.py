@@ -74,7 +74,7 @@ from spiraltrunk.strategies.wrap.attempts import (
     yield_upwards,
 )
 from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_wrap
-from spiraltrunk.strategies.wrap.light_object import describe_no_load, is_off_ground, is_too_light
+from spiraltrunk.strategies.wrap.light_object import HIGH, describe_no_load, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.set_down import (
     DISTAL_DRAG,
@@ -148,10 +148,10 @@ class StandingState(LoadState):
     """Planned tensions of the last periods, which are delayed by the arm's lag."""
 
     def is_carried(self, observation: Observation) -> bool:
-        """Whether the trunk bears the object: by its weight, or by its height where it is too light to be felt."""
+        """Whether the trunk bears the object: by its weight, or by its height where it is light, or seen high up."""
         if is_too_light(observation):
             return is_off_ground(observation, self.stood)
-        return super().is_carried(observation)
+        return super().is_carried(observation) or is_off_ground(observation, self.stood, HIGH)
 
 
 class StandingWrap(MoveStrategy[StandingState]):
