@@ -43,7 +43,7 @@ WIDE = 0.13
 LAST_WIDE = 0.6
 """Pull from which the trunk springs open round one that stands, over the one at which only the hook would hold it [-]."""
 STANDS = math.radians(4.0)
-"""Largest lean at which an object that was set down counts as standing [rad]: twice what a camera may err."""
+"""Largest lean at which an object that was set down counts as standing [rad]."""
 STEP_TIME = 0.2
 """Duration of a step [s]."""
 RUBBING_STEP_TIME = 0.4

@@ -41,7 +41,7 @@ _LINES = {
 _THICK = ("outer", "backbone", "inner", "tangent", "smallest")
 
 _PARTS = {
-    "odd": (104, 124, 146), "even": (72, 92, 114), "joints": (230, 159, 0), "gripper": (204, 121, 167),
+    "odd": (104, 124, 146), "even": (72, 92, 114), "joints": (230, 159, 0), "gripper": (86, 180, 233),
     "mount": (110, 116, 124),
 }  # fmt: skip
 """Colours of the parts."""
