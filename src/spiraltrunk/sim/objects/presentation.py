@@ -35,8 +35,8 @@ ROUND = ("cylinder", "cone", "ring", "bottle", "sphere")
 LYING_COS = 0.5
 """Largest cosine of the angle between an object's axis and the vertical in a pose that counts as lying (ours) [-]."""
 
-RESTS = 0.05
-"""Least probability of a pose that counts as lying (ours) [-]: on its edge, a flat solid rolls over at once."""
+LYING_SHARE = 0.05
+"""Least probability of all poses that count as lying, for an object to be laid so (ours) [-]."""
 
 LEVEL = 1e-3
 """Largest sine of the angle between an object's axis and the ground at which it counts as level (ours) [-]."""
@@ -94,7 +94,7 @@ def take_pose(shape: ObjectSpec, pose: str) -> ObjectSpec:
     Args:
         shape: the object.
         pose: "upright", its axis vertical; "lying", its axis horizontal, as it rests most probably, or in its most
-            probable pose where it does not rest so (`RESTS`); or the place of a stable pose, from 0, the most probable
+            probable pose where it rarely rests so (`LYING_SHARE`); or the place of a stable pose, from 0, the most probable
             first (`compute_stable_poses`).
 
     Raises:
@@ -150,12 +150,14 @@ def _stand_on(shape: ObjectSpec, up: np.ndarray) -> ObjectSpec:
 
 
 def _lay(shape: ObjectSpec) -> ObjectSpec:
-    """The object with its axis level, in the most probable of such poses, or in its most probable one."""
+    """The object with its axis level, in the most probable of such poses; in its most probable one where it rarely is."""
     poses = () if shape.kind in ROUND else compute_stable_poses(shape)
-    for pose in poses:
-        if abs(float(pose.rotation[2, 0])) < LYING_COS and pose.probability >= RESTS:
-            return _stand_on(shape, pose.rotation[2])
-    return _stand_on(shape, poses[0].rotation[2]) if poses else replace(shape, up="z")
+    if not poses:
+        return replace(shape, up="z")
+    level = [pose for pose in poses if abs(float(pose.rotation[2, 0])) < LYING_COS]
+    if sum(pose.probability for pose in level) >= LYING_SHARE:
+        return _stand_on(shape, level[0].rotation[2])
+    return _reframe(shape, _lay_frame(shape.solid, poses[0].rotation[2]), up="z")
 
 
 def _along_axis(shape: ObjectSpec) -> ObjectSpec:

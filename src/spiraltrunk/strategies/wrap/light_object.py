@@ -1,4 +1,4 @@
-"""Whether the trunk bears an object that is too light for the arm to feel: by the height at which a camera sees it."""
+"""Whether the trunk bears an object that the arm does not feel, or not surely: by the height at which a camera sees it."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ OFF_GROUND = 0.004
 """Rise from which an object is off the ground [m] (ours): twice the most by which two looks of a camera with an error
 of 3 mm differ, where 0.3 of the error varies between looks; a fifth of the rise that tests the load."""
 
-
 HIGH = 0.05
-"""Rise from which the trunk bears an object, whatever the arm feels [m] (ours): a light one, while the arm brakes."""
+"""Seen rise from which an object counts as borne even if the arm feels no load [m] (ours): while the arm brakes, it measures
+less than half of the weight of 60 to 75 g."""
 
 
 def is_too_light(observation: Observation) -> bool:

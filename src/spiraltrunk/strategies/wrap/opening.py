@@ -8,8 +8,9 @@ hook whose base rises a little would lift it, and what is pressed on the ground 
 as the housing clears the ground, the base turns with the sagging hook, so that the object stays upright. An object that
 leans as it touches down is set upright by the time at which only the hook holds it, and what still leans then is
 righted by what the camera sees. When the pull has fallen to `LAST`, the hook holds by little. Once the object stands
-upright, it springs open. A wide object is not in the hook but beside the back of the curled tail, which would drag it as
-the base follows: where it stands when it is set down, the trunk springs open sooner.
+upright, it springs open. Beside an object wider than `WIDE` the tail curls up without closing round it, and the tail's
+back would drag the object as the base follows. If such an object stands when it is set down, the trunk springs open at
+`LAST_WIDE` of the loose pull.
 """
 
 from __future__ import annotations
@@ -39,10 +40,11 @@ LAST = 0.32
 """Pull from which the hook springs open, over the one that shuts joint 1 [-]. Followed further, its tip drags the
 object: the model does not know where a tip lies that slides."""
 WIDE = 0.13
-"""Least width of an object beside which the tail curls, over the trunk's length [-]: 65 mm for the paper's."""
+"""Width from which the tail does not close round an object, over the trunk's length [-]: 65 mm for the paper's. The
+width is that of the cylinder of the same girth."""
 LAST_WIDE = 0.6
-"""Pull from which the trunk springs open round one that stands, over the one at which only the hook would hold it [-]."""
-STANDS = math.radians(4.0)
+"""Pull from which the trunk springs open round such an object, over the one at which only the hook holds it [-]."""
+LEAN_MOST = math.radians(4.0)
 """Largest lean at which an object that was set down counts as standing [rad]."""
 STEP_TIME = 0.2
 """Duration of a step [s]."""
@@ -65,8 +67,10 @@ RIGHT = 0.75
 """Part of a lean that is righted at each step [-]."""
 UPRIGHT = math.radians(2.5)
 """Lean with which the trunk springs open [rad]: one that leans more is righted once more, as often as RIGHTINGS."""
-RIGHTINGS = 2
+RIGHTINGS = 6
 """Largest number of further steps in which an object is righted [-]."""
+RIGHTING_TIME = 0.5
+"""Duration of such a step [s]: the camera looks again meanwhile."""
 BAND = (0.2, 0.9)
 """Least and largest height of the hook over the object's length [-]."""
 
@@ -158,7 +162,7 @@ def right(sequence: MoveSequence, observation: Observation, height: float) -> Mo
         last = sum(np.array_equal(move.tension, now.tension) for move in sequence.moves if move.action == "uncurl")
         if last > RIGHTINGS or abs(float(camera.axis[2])) > math.cos(UPRIGHT):
             return sequence
-        sequence = insert_next(sequence, (now,))
+        sequence = insert_next(sequence, (replace(now, duration=RIGHTING_TIME),))
     return shift_later(sequence, RIGHT * righting(observation, camera))
 
 
@@ -190,8 +194,9 @@ def _plan_steps(
 def _find_last(observation: Observation, camera: CameraObservation, width: float) -> float:
     """Pull from which the trunk springs open, over the one that shuts joint 1 [-]."""
     design = observation.task.design
-    stands = is_on_ground(observation) and abs(float(camera.axis[2])) > math.cos(STANDS)
-    return LAST_WIDE * _loose_pull(design, width) if stands and width > WIDE * design.length else LAST
+    stands = is_on_ground(observation) and abs(float(camera.axis[2])) > math.cos(LEAN_MOST)
+    is_wide = width > WIDE * design.length
+    return max(LAST, LAST_WIDE * _loose_pull(design, width)) if stands and is_wide else LAST
 
 
 def _choose_pulls(design: TrunkDesign, width: float, held: float, last: float) -> tuple[list[float], int]:

@@ -148,7 +148,7 @@ class StandingState(LoadState):
     """Planned tensions of the last periods, which are delayed by the arm's lag."""
 
     def is_carried(self, observation: Observation) -> bool:
-        """Whether the trunk bears the object: by its weight, or by its height where it is light, or seen high up."""
+        """Whether the trunk bears the object: by its weight or, as a camera sees it, by its rise."""
         if is_too_light(observation):
             return is_off_ground(observation, self.stood)
         return super().is_carried(observation) or is_off_ground(observation, self.stood, HIGH)
