@@ -57,7 +57,9 @@ def test_a_pose_that_is_asked_for_holds_for_every_strategy(text, expected):
         np.testing.assert_allclose(np.linalg.eigvalsh(once.inertia()), np.linalg.eigvalsh(shape.inertia()), rtol=1e-9)
 
 
-@pytest.mark.parametrize(("text", "size_mm"), [("seed=10306", (72, 67, 34)), ("kind=superquadric,seed=56", (94, 73, 34))])
+@pytest.mark.parametrize(
+    ("text", "size_mm"), [("seed=10306", (72, 67, 34)), ("kind=superquadric,seed=56", (94, 73, 34))]
+)
 def test_a_flat_solid_that_rarely_rests_on_its_edge_lies_flat(text, size_mm):
     shape = parse_object(f"everyday:{text},pose=lying")
     assert shape.up == "z"

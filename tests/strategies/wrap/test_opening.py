@@ -138,7 +138,7 @@ def test_the_trunk_springs_open_sooner_round_a_wide_object_that_stands(
 @pytest.mark.parametrize("name", ["paper", "spirob-1m"])
 def test_a_wide_object_is_never_followed_further_than_a_narrow_one(name: str) -> None:
     design = presets.get(name)
-    sequence, seen = touched_down(width=0.090)
+    _, seen = touched_down(width=0.090)
     seen = replace(seen, task=replace(seen.task, design=design))
     assert seen.camera is not None
     lasts = [opening._find_last(seen, seen.camera, share * design.length) for share in (0.12, 0.131, 0.16, 0.19)]

@@ -94,8 +94,8 @@ def take_pose(shape: ObjectSpec, pose: str) -> ObjectSpec:
     Args:
         shape: the object.
         pose: "upright", its axis vertical; "lying", its axis horizontal, as it rests most probably, or in its most
-            probable pose where it rarely rests so (`LYING_SHARE`); or the place of a stable pose, from 0, the most probable
-            first (`compute_stable_poses`).
+            probable pose where it rarely rests so (`LYING_SHARE`); or the place of a stable pose, from 0, the most
+            probable first (`compute_stable_poses`).
 
     Raises:
         UnknownName: for another pose.
@@ -150,7 +150,7 @@ def _stand_on(shape: ObjectSpec, up: np.ndarray) -> ObjectSpec:
 
 
 def _lay(shape: ObjectSpec) -> ObjectSpec:
-    """The object with its axis level, in the most probable of such poses; in its most probable one where it rarely is."""
+    """The object with its axis level, as most probable; in its most probable pose where its axis is rarely level."""
     poses = () if shape.kind in ROUND else compute_stable_poses(shape)
     if not poses:
         return replace(shape, up="z")

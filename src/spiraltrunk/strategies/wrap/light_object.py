@@ -1,4 +1,4 @@
-"""Whether the trunk bears an object that the arm does not feel, or not surely: by the height at which a camera sees it."""
+"""Whether the trunk bears an object that the arm may not feel: by the height at which a camera sees it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OFF_GROUND = 0.004
 of 3 mm differ, where 0.3 of the error varies between looks; a fifth of the rise that tests the load."""
 
 HIGH = 0.05
-"""Seen rise from which an object counts as borne even if the arm feels no load [m] (ours): while the arm brakes, it measures
+"""Seen rise from which an object counts as borne even if the arm feels no load [m] (ours): as it brakes, it measures
 less than half of the weight of 60 to 75 g."""
 
 
