@@ -90,9 +90,7 @@ def test_a_heavier_object_is_judged_by_the_arm() -> None:
 
 
 @pytest.mark.parametrize(("rise", "gave_up"), [(HIGH + 0.01, None), (HIGH - 0.01, "the arm feels no load")])
-def test_what_the_arm_does_not_feel_while_it_brakes_is_carried_on_where_it_is_seen_high_up(
-    rise: float, gave_up: str | None
-) -> None:
+def test_what_the_arm_does_not_feel_is_carried_on_where_it_is_seen_high_up(rise: float, gave_up: str | None) -> None:
     seen = seen_at(rise, mass=70)
     state, _ = STRATEGY.step(at_the_end_of("lift", seen, load=0.0), seen)
     assert state.gave_up == (gave_up and f"nothing was lifted: {gave_up}")

@@ -36,7 +36,7 @@ LYING_COS = 0.5
 """Largest cosine of the angle between an object's axis and the vertical in a pose that counts as lying (ours) [-]."""
 
 LYING_SHARE = 0.05
-"""Least probability of all poses that count as lying, for an object to be laid so (ours) [-]."""
+"""Least probability of all poses together that count as lying, for an object to be laid in one (ours) [-]."""
 
 LEVEL = 1e-3
 """Largest sine of the angle between an object's axis and the ground at which it counts as level (ours) [-]."""
@@ -150,7 +150,7 @@ def _stand_on(shape: ObjectSpec, up: np.ndarray) -> ObjectSpec:
 
 
 def _lay(shape: ObjectSpec) -> ObjectSpec:
-    """The object with its axis level, as most probable; in its most probable pose where its axis is rarely level."""
+    """The object in its most probable pose with the axis level, or in its most probable one where those are rare."""
     poses = () if shape.kind in ROUND else compute_stable_poses(shape)
     if not poses:
         return replace(shape, up="z")

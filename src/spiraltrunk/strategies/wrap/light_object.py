@@ -16,8 +16,8 @@ OFF_GROUND = 0.004
 of 3 mm differ, where 0.3 of the error varies between looks; a fifth of the rise that tests the load."""
 
 HIGH = 0.05
-"""Seen rise from which an object counts as borne even if the arm feels no load [m] (ours): as it brakes, it measures
-less than half of the weight of 60 to 75 g."""
+"""Seen rise from which an object counts as borne even if the arm feels no load [m] (ours): of the weight of 57
+to 75 g it may measure less than half."""
 
 
 def is_too_light(observation: Observation) -> bool:
