@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.object_handle import Handle
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
@@ -39,6 +40,8 @@ class Target:
     side_yaw: float | None = None
     """Angle of that side from the world's x, counterclockwise from above [rad]; None for a round object, and where it
     is unknown."""
+    handle: Handle | None = None
+    """What projects to one side of an object that stands; None without a handle, and where it is unknown."""
 
 
 @explain_fields

@@ -211,7 +211,7 @@ def test_what_is_wider_than_the_fingers_is_refused(strategy):
 def test_a_pinch_sets_one_finger_square_to_the_axis_by_the_least_turn(angle):
     start = Hand(_task()).reset().T_world_base[:3, :3]
     axis = np.array([math.cos(angle), math.sin(angle), 0.0])
-    turned = turned_across(start, axis, 3)
+    turned = turned_across(start, axis, _task())
     np.testing.assert_allclose(turned[:, 0], start[:, 0], atol=1e-12)
     fingers = [turned @ [0.0, math.cos(a), math.sin(a)] for a in 2 * np.pi * np.arange(3) / 3]
     assert min(abs(finger @ axis) for finger in fingers) < 1e-9

@@ -6,13 +6,16 @@ import math
 import numpy as np
 import pytest
 
+from spiraltrunk import strategies
 from spiraltrunk.control.messages import Goal, Target, Task
+from spiraltrunk.control.object_handle import Handle
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.profile import compute_profile
+from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension, finger_bend, finger_points
 from spiraltrunk.strategies.fingertip.plan import (
     SAFETY,
@@ -75,7 +78,7 @@ def test_open_fingers_clear_both_sides_of_a_wide_lying_object(kind, angle):
     """Their tips stand off its middle plane by more than half its width on either side, and by equal distances."""
     axis = np.array([math.cos(angle), math.sin(angle), 0.0])
     task = announce(kind=kind, width=0.042, length=0.14, axis=axis)
-    rotation, gripper, across = turned_across(HANGING, axis, 3), LARGE.gripper, np.array([-axis[1], axis[0], 0.0])
+    rotation, gripper, across = turned_across(HANGING, axis, task), LARGE.gripper, np.array([-axis[1], axis[0], 0.0])
     tips = finger_points(gripper, finger_bend(gripper, opening(task) * gripper.tension_max))[..., -1, 0]
     turns = 2 * np.pi * np.arange(3) / 3
     fingers = np.cos(turns)[:, None] * rotation[:, 1] + np.sin(turns)[:, None] * rotation[:, 2]
@@ -183,3 +186,38 @@ def test_fingers_press_below_the_middle_of_a_wide_lying_cylinder_or_refuse_it():
         assert height - width / 2 <= 0.77 * length < box - width / 2
     with pytest.raises(ModelError, match="too wide to lie between the fingers: they do not reach round 32 mm"):
         tip_height(announce(width=0.032, length=0.1, axis=LEVEL, design=PAPER))
+
+
+def announce_mug(body=0.058, angle=0.4, **changed):
+    """A mug of 100 mm, its body at the offset that its handle of 0.4 widths makes."""
+    way = np.array([math.cos(angle), math.sin(angle), 0.0])
+    handle = Handle(direction=way, body_width=body, body_offset=-0.2 * body * way)
+    task = announce(kind="solid", width=1.4 * body, length=0.1, **changed)
+    return dataclasses.replace(task, target=dataclasses.replace(task.target, handle=handle))
+
+
+@pytest.mark.parametrize("angle", np.radians([-179.0, -100.0, -31.0, 0.0, 44.0, 89.0, 150.0]))
+def test_a_handle_comes_between_two_fingers_by_the_least_turn(angle):
+    task = announce_mug(angle=angle)
+    rotation = turned_across(HANGING, UP, task)
+    turns = 2 * np.pi * np.arange(3) / 3
+    fingers = np.cos(turns)[:, None] * rotation[:, 1] + np.sin(turns)[:, None] * rotation[:, 2]
+    along = np.sort(fingers @ task.target.handle.direction)
+    np.testing.assert_allclose(along, [-1.0, 0.5, 0.5], atol=1e-9)
+    assert math.acos(np.clip((np.trace(HANGING.T @ rotation) - 1) / 2, -1, 1)) <= math.radians(60.0) + 1e-9
+    np.testing.assert_array_equal(set_aside(task, rotation, UP), task.target.handle.body_offset)
+
+
+def test_fingers_grip_the_body_of_what_has_a_handle():
+    """As the cylinder of its body: 81 mm with its handle are too wide for fingers that open 70 mm."""
+    mug, body = announce_mug(), announce(kind="cylinder", width=0.058, length=0.1)
+    assert (tip_height(mug), opening(mug), closing(mug)) == (tip_height(body), opening(body), closing(body))
+    assert assess(strategies.get("tip-grip"), mug) == assess(strategies.get("tip-grip"), body)
+    whole = dataclasses.replace(mug, target=dataclasses.replace(mug.target, handle=None))
+    assert not assess(strategies.get("tip-grip"), whole).feasible
+
+
+def test_a_mug_that_has_fallen_over_is_planned_without_its_handle():
+    mug = announce_mug()
+    assert find_seen_task(mug, mug.target.position - [0.0, 0.0, 0.01], LEVEL).target.handle is None
+    assert find_seen_task(mug, mug.target.position - [0.0, 0.0, 0.02], UP).target.handle is mug.target.handle

@@ -25,7 +25,7 @@ from spiraltrunk.hardware.log.reader import Log
 _Part = TypeVar("_Part", Target, Goal)
 
 
-DERIVED = {"profile", "longer_side", "side_yaw"}
+DERIVED = {"profile", "longer_side", "side_yaw", "handle"}
 """Fields of a target that follow from the object and are not logged."""
 
 

@@ -14,6 +14,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.sim.mujoco_log import compile_spec, first_line
+from spiraltrunk.sim.objects.handle import find_handle
 from spiraltrunk.sim.objects.presentation import find_longer_side
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.arm import add_arm
@@ -46,6 +47,7 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
         kind=shape.kind, width=shape.width, length=shape.size[0], mass=shape.mass, position=position,
         axis=np.array([0.0, 0.0, 1.0]) if is_upright else axis, profile=compute_profile(shape, options.orientation),
         longer_side=longer_side, side_yaw=None if side_yaw is None else side_yaw + options.yaw,
+        handle=find_handle(shape, options.yaw) if is_upright else None,
     )  # fmt: skip
     aside = np.array([0.0, ASIDE, 0.0])
     beside = np.array([0.0, PLACE_ASIDE, PLACE_RISE]) if is_hung else aside

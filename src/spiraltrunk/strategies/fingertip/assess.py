@@ -17,7 +17,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension
 from spiraltrunk.strategies.fingertip.flip_grip import TURN, FlipGrip, find_flip
-from spiraltrunk.strategies.fingertip.plan import tip_height
+from spiraltrunk.strategies.fingertip.plan import tip_height, without_handle
 from spiraltrunk.strategies.fingertip.tip_grip import Pinch
 from spiraltrunk.strategies.object_measures import height_of, is_upright, widths_between
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
@@ -50,6 +50,7 @@ AMPLE_GRIP = 0.6
 
 def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     """Whether the fingers open round the object and hold its weight by friction."""
+    task = without_handle(task)
     gripper, target = task.design.gripper, task.target
     if gripper is None:
         return refuse("the trunk has no gripper")
@@ -117,7 +118,7 @@ def is_round(target: Target) -> bool:
 
 def gripped_width(task: Task) -> float:
     """Width across which the fingers grip the object, where they touch it [m]; without a gripper, its announced one."""
-    gripper = task.design.gripper
+    gripper, task = task.design.gripper, without_handle(task)
     return task.target.width if gripper is None else _gripped_widths(gripper, task.target)[0]
 
 

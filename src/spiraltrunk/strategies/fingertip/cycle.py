@@ -111,7 +111,7 @@ class TipStrategy(MoveStrategy[TipState]):
         """Plan the way above the object, turned across its axis as it is seen from the start."""
         task, start, camera = observation.task, observation.T_world_base[:3, :3], observation.camera
         axis = task.target.axis if camera is None else camera.axis
-        rotation = turned_across(start, axis, gripper_of(task).n_finger)
+        rotation = turned_across(start, axis, task)
         moves = reach(observation, seen_position(observation), rotation)
         return TipState(sequence=begin(moves, observation), start=start, weight=weight(observation))
 
@@ -170,7 +170,7 @@ def _grip(state: TipState, observation: Observation) -> TipState:
     if state.seen:
         place, axis, _ = np.split(_mean(state.seen), [3, 6])
         task = find_seen_task(task, place, axis)
-    rotation = turned_across(state.start, axis, gripper_of(task).n_finger)
+    rotation = turned_across(state.start, axis, task)
     hold = min(1.0, FIRMER**state.retries * closing(task))
     try:
         base, wide = gripping_base(task, place) + set_aside(task, rotation, axis), opening(task)

@@ -84,9 +84,20 @@ def find_seen_task(task: Task, position: np.ndarray, axis: np.ndarray) -> Task:
     rise = float(position[2] - target.position[2])
     if not has_turned and abs(rise) <= SIZE_ERROR * half + SEEN_ERROR:
         return task if height_margin(2 * half) == SIZE_ERROR else _stretched(task, rise)
-    return replace(
-        task, target=replace(target, position=position, axis=way if has_turned else target.axis, profile=None)
-    )
+    handle = None if has_turned else target.handle
+    axis = way if has_turned else target.axis
+    return replace(task, target=replace(target, position=position, axis=axis, profile=None, handle=handle))
+
+
+def without_handle(task: Task) -> Task:
+    """The task with an object that has a handle as the upright cylinder round its body: fingers pass on both sides.
+
+    It keeps the object's centre; `set_aside` tells where its body is.
+    """
+    target = task.target
+    if target.handle is None:
+        return task
+    return replace(task, target=replace(target, kind="cylinder", width=target.handle.body_width, profile=None))
 
 
 def height_margin(height: float) -> float:
@@ -128,6 +139,7 @@ def tip_height(task: Task) -> float:
     Raises:
         ModelError: where the trunk has no gripper, or the fingers open too little for the object.
     """
+    task = without_handle(task)
     gripper, target, width = gripper_of(task), task.target, passed_width(task)
     if width <= gripper.grasp_width:
         height, gap = object_height(task), CLEARANCE * gripper.finger_length
@@ -147,7 +159,7 @@ def tip_height(task: Task) -> float:
 
 def opening(task: Task) -> float:
     """Gripper command that opens the fingers round the object, -1 to 0 [-]; raises as `tip_height`."""
-    gripper, above = gripper_of(task), tip_height(task) - ground_height(task)
+    gripper, above, task = gripper_of(task), tip_height(task) - ground_height(task), without_handle(task)
     tension = _opening_tension(task, above)
     return -(gripper.tension_max if tension is None else tension) / gripper.tension_max
 
@@ -259,6 +271,7 @@ def closing(task: Task) -> float:
     announced friction over SAFETY. Where that is nothing, it presses as hard as it can. On a wide object that lies, the
     finger normal to its axis opposes all others: they press together as it does alone, which counts as two.
     """
+    task = without_handle(task)
     gripper, target = gripper_of(task), task.target
     slope = math.atan2(target.width / 2, target.length) if target.kind == "cone" else 0.0
     lifting = target.friction / SAFETY * math.cos(slope) - math.sin(slope)
@@ -275,10 +288,13 @@ def gripping_base(task: Task, place: np.ndarray) -> np.ndarray:
 
 
 def set_aside(task: Task, rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Displacement of the base from a wide object's middle, away from the finger normal to its axis, shape (3,) [m].
+    """Displacement of the base from the object's centre, shape (3,) [m].
 
+    Of a wide object that lies it leads away from the finger normal to its axis, of one with a handle to its body.
     ``rotation`` is the orientation of the base, shape (3, 3) [-], and ``axis`` the object's axis, shape (3,) [-].
     """
+    if task.target.handle is not None:
+        return task.target.handle.body_offset
     if not is_wide(task):
         return np.zeros(3)
     angle = 2 * math.pi * np.arange(gripper_of(task).n_finger) / gripper_of(task).n_finger
@@ -288,15 +304,23 @@ def set_aside(task: Task, rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return -side_shift(task) * math.copysign(1.0, share[np.abs(share).argmax()]) * across
 
 
-def turned_across(start: np.ndarray, axis: np.ndarray, n_finger: int) -> np.ndarray:
+def turned_across(start: np.ndarray, axis: np.ndarray, task: Task) -> np.ndarray:
     """Orientation of the base that sets one finger against the others across a horizontal axis, shape (3, 3) [-].
 
     The direction of one finger is normal to the axis; of the 2 n equivalent orientations the nearest to ``start`` is
-    taken. An upright axis leaves the orientation as it is.
+    taken. With an upright axis the handle comes between two fingers, or without one the orientation stays as it is.
     """
-    if math.hypot(axis[0], axis[1]) < 0.5:
-        return start
+    n_finger, handle = gripper_of(task).n_finger, task.target.handle
     finger = math.atan2(start[1, 1], start[0, 1])
+    if math.hypot(axis[0], axis[1]) < 0.5:
+        if handle is None:
+            return start
+        between, apart = (
+            math.atan2(handle.direction[1], handle.direction[0]) + math.pi / n_finger,
+            2 * math.pi / n_finger,
+        )
+        turn = (between - finger + apart / 2) % apart - apart / 2
+        return np.asarray(Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix() @ start)
     across = math.atan2(axis[1], axis[0]) + math.pi / 2
     step = math.pi / n_finger if n_finger % 2 else math.pi / math.lcm(n_finger, 2)
     turn = (across - finger + step / 2) % step - step / 2

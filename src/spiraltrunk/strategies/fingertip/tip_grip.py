@@ -7,7 +7,8 @@ fingers close, a tip grip's below the widest part of the solid. The arm lifts, c
 
 Limits: objects on level ground, no wider than the fingers reach round; a camera with errors of 3 mm and 3 deg at most.
 A pinch takes slender objects that lie, near their middle, since friction alone keeps them level. A tip grip takes
-solids about as wide as high; cones slip where friction is barely more than their slope.
+solids about as wide as high, and what has a handle round its body; cones slip where friction is barely more than
+their slope.
 """
 
 from __future__ import annotations

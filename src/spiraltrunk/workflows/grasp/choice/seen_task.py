@@ -51,4 +51,5 @@ def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Targe
         profile=None,
         longer_side=0.0,
         side_yaw=None,
+        handle=None,
     )
