@@ -10,10 +10,11 @@ import pytest
 from spiraltrunk.control.messages import Command
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.sim import SimPlant
 from spiraltrunk.sim.machine import GRIPPER_TIME
 from spiraltrunk.sim.robot.gripper import GROUPS, phalanx_name
-from spiraltrunk.sim.robot.trunk import hinge_names
+from spiraltrunk.sim.robot.trunk import hinge_names, trunk_spec
 
 
 @pytest.fixture(scope="module")
@@ -148,3 +149,19 @@ def test_the_servo_takes_its_time(plant):
     step = PAPER.gripper.tension_max * CONTROL_PERIOD / GRIPPER_TIME
     np.testing.assert_allclose(np.abs(net), step, rtol=1e-9)
     assert (np.min(forces, axis=1) == 0.0).all()
+
+
+@pytest.mark.parametrize("angle", [12.0, 15.0, 20.0, 22.5, 30.0])
+def test_no_finger_touches_the_trunk_of_short_sections(angle):
+    """The capsule of a short section ends in a ball that reaches past the next one."""
+    model = trunk_spec(design_from_rules(delta_theta=np.radians(angle))).compile()
+    data = mujoco.MjData(model)
+    for bend in (-0.8, -0.3, 0.0, 0.1):
+        for finger in range(3):
+            data.joint(phalanx_name(finger, 0)).qpos[0] = bend
+        mujoco.mj_forward(model, data)
+        touched = {
+            frozenset(model.body(int(model.geom_bodyid[geom])).name.split("_")[0] for geom in contact.geom)
+            for contact in data.contact
+        }
+        assert {"section", "finger"} not in touched

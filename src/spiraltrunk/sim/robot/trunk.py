@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.checks import check_type
+from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.sim.robot.gripper import add_gripper, add_legs
+from spiraltrunk.sim.robot.gripper import add_gripper, add_legs, phalanx_name
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF, TRUNK_COLORS
 
 _QUAT_MOUNT_TRUNK_WXYZ = (0.5, -0.5, -0.5, -0.5)
@@ -28,6 +29,9 @@ N_SIDE = 16
 
 NEIGHBOURS = 4
 """Bodies of the chain up to this far apart do not collide; the joint limits represent the contact of their faces."""
+
+FINGER_ROOM = 0.25
+"""Least room between a section and a first phalanx that collide, in the straight trunk, over a finger's width [-]."""
 
 LIMIT_ARM = 0.075
 """Distance from a joint to the two sites whose distance limits its angle [m] (ours); sets the limit's softness."""
@@ -82,6 +86,7 @@ def add_trunk(
     if design.gripper is not None:
         add_gripper(spec, body, design.gripper, float(design.section_length[-1]))
         add_legs(spec, design, [section_name(n) for n in range(design.n_section)])
+        _exclude_fingers(spec, design, design.gripper)
     _exclude_neighbours(spec, design)
 
 
@@ -244,6 +249,20 @@ def _exclude_neighbours(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
     for i, first in enumerate(chain):
         for second in chain[i + 1 : i + 1 + NEIGHBOURS]:
             spec.add_exclude(bodyname1=first, bodyname2=second)
+
+
+def _exclude_fingers(spec: mujoco.MjSpec, design: TrunkDesign, gripper: GripperDesign) -> None:
+    """Exclude collisions of the fingers' first phalanges with sections whose capsules reach them in the straight trunk.
+
+    Of a short section near the tip the round end of the capsule reaches beyond the last section; the section does not.
+    """
+    solid, first = design.solid, float(gripper.phalanx_width[0]) / 2
+    for n in range(design.n_section - 1):
+        ahead = float(design.section_length[n:].sum()) + first - solid.rim_end * float(design.scale[n])
+        gap = math.hypot(max(0.0, ahead), gripper.mount_radius) - solid.radius * float(design.scale[n]) - first
+        if gap < FINGER_ROOM * gripper.finger_width:
+            for f in range(gripper.n_finger):
+                spec.add_exclude(bodyname1=section_name(n), bodyname2=phalanx_name(f, 0))
 
 
 def _section_vertices(design: TrunkDesign, n: int) -> np.ndarray:
