@@ -18,7 +18,7 @@ from spiraltrunk.workflows.grasp.choice import place
 from spiraltrunk.workflows.grasp.choice.auto import Auto
 from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground, set_ground
 from spiraltrunk.workflows.grasp.choice.ranking import announce_task
-from spiraltrunk.workflows.grasp.world import draw_scene
+from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
 
 LARGE = presets.get("paper-large-grip")
 
@@ -192,3 +192,20 @@ def test_the_grasp_of_a_sweep_begins_at_its_goal():
     assert grasp.target.position == pytest.approx(task.goal.place)
     assert grasp.goal.place == pytest.approx(task.goal.place + task.goal.aside)
     assert strategy.highest_base(grasp) == strategies.get("tip-grip").highest_base(grasp)
+
+
+@pytest.mark.parametrize(("radius", "name"), [(0.055, "cylinder-120"), (0.055, "box-80"), (0.044, "cylinder-120")])
+def test_no_hung_object_touches_a_thick_trunk_at_the_start(radius, name):
+    """The object is 20 mm off its announced place, towards the trunk."""
+    design, wrap = design_from_rules(arm_radius=radius), strategies.get("wrap-vertical")
+    hung = replace(draw_scene(parse_object(name), 0, strategy=wrap, spread=EXACT), offset=(0.0, -0.02, 0.0))
+    plant = SimPlant(design, set_ground(design, hung, wrap))
+    plant.reset()
+    bodies = [plant.model.geom_bodyid[contact.geom] for contact in plant.data.contact]
+    assert plant.model.body("object").id not in np.concatenate([*bodies, [0]])
+
+
+def test_beside_the_papers_trunk_objects_hang_where_they_did():
+    wrap = strategies.get("wrap-vertical")
+    hung = draw_scene(parse_object("cylinder-120"), 0, strategy=wrap)
+    assert set_ground(PAPER, hung, wrap) is hung

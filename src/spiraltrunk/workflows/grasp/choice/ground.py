@@ -18,7 +18,7 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.choice.auto import Auto
-from spiraltrunk.workflows.grasp.choice.place import choose_place, place_for_wrap
+from spiraltrunk.workflows.grasp.choice.place import choose_place, place_for_wrap, place_hung
 
 GROUNDS = (0.60, 0.45, 0.30)
 """Heights of the ground, the usual first, each tried where the arm does not reach over the one before [m] (ours)."""
@@ -37,6 +37,8 @@ _REACHED, _STEP, _STEPS = 0.002, 0.1, 150
 def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
     """The scene with the ground for a strategy (`choose_ground`), or for a choice among strategies.
 
+    A hung object hangs clear of the trunk's start (`place_hung`).
+
     A choice among strategies takes the ground on which its best candidate scores highest: a lower ground brings tall
     objects into reach of the fingers, and takes the standing wraps out of the arm's reach. Where a wrap is to come to
     the object from its side, the object's place suits that (`place_for_wrap`).
@@ -44,6 +46,8 @@ def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
     Raises:
         ModelError: where the arm reaches high enough over no ground, or the strategy cannot plan for the object.
     """
+    if options.support == "hung":
+        return place_hung(design, options, ArmReach(design))
     if not isinstance(strategy, Auto):
         return choose_ground(design, options, strategy)
     if not _is_usual(options):
