@@ -144,6 +144,29 @@ def test_what_does_not_move_is_pushed_anew_and_then_given_up():
     assert log.span("transport") is None
 
 
+class Toppling(Table):
+    """What is pushed falls over after 0.1 m."""
+
+    def _observe(self, tension):
+        seen = super()._observe(tension)
+        if np.linalg.norm((self.object - self.start)[:2]) < 0.1:
+            return seen
+        return replace(seen, camera=replace(seen.camera, axis=np.array([1.0, 0.0, 0.0])))
+
+
+@pytest.mark.parametrize(("name", "gave_up"), [("cylinder-60", True), ("cube-28", False), ("ball-100", False)])
+def test_what_was_pushed_over_is_left_to_the_fingers_and_not_wrapped(name, gave_up):
+    """A ball does not fall over."""
+    plant = Toppling(_task(name), rolls=name == "ball-100")
+    strategy, observation = Sweep(), plant.reset()
+    state = strategy.init(observation)
+    while state.task is None and not strategy.status(state).is_done:
+        state, command = strategy.step(state, observation)
+        observation = plant.step(command)
+    assert (strategy.status(state).gave_up == "nothing was lifted: the object has toppled") is gave_up
+    assert (state.task is None) is gave_up
+
+
 def test_the_sweep_is_all_reach_and_the_grasp_comes_after_a_look_at_rest():
     plant = Table(_task(), (0.01, 0.01))
     log, seen = _sweep(plant)

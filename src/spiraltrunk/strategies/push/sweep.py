@@ -31,7 +31,7 @@ from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, k
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.strategies.timing import stretch, travel_time
-from spiraltrunk.strategies.wrap.standing import WrapHorizontal
+from spiraltrunk.strategies.wrap.standing import StandingWrap, WrapHorizontal
 
 # All of these are ours, tuned in simulated trials.
 GAP = 0.03
@@ -170,13 +170,19 @@ class Sweep(PushStrategy[SweepState]):
         return replace(state, steering=steering), command
 
     def _decide(self, state: SweepState, observation: Observation) -> SweepState:
-        """Hand over an object that rests in the zone; push another one again."""
+        """Hand over an object that rests in the zone; push another one again.
+
+        What has fallen over is given up where the grasp is a wrap of what stands.
+        """
         goal, left = observation.task.goal, observation.task.goal.place - seen_position(observation)
         distance, is_short = float(np.linalg.norm(left[:2])), float(np.dot(left, state.pose.way)) > MARGIN * goal.zone
         if distance > MARGIN * goal.zone and state.retries < RETRIES and is_short:
             return replace(state, sequence=self.roll_up(state.pose, observation), retries=state.retries + 1)
         if distance <= goal.zone:
             task = task_to_grasp(observation)
+            along = float(np.dot(task.target.axis, observation.task.target.axis))
+            if along < _FALLEN and task.target.kind != "sphere" and isinstance(self._grasp(task), StandingWrap):
+                return replace(state, is_done=True, gave_up="nothing was lifted: the object has toppled")
             return replace(state, task=task, grasp=self._grasp(task).init(with_task(observation, task)))
         return replace(state, is_done=True, gave_up=f"the object lies {distance * 100:.0f} cm from its place")
 

@@ -230,16 +230,19 @@ def ease_and_open(sequence: MoveSequence, observation: Observation) -> MoveSeque
     """Slacken and rise at touch-down, then open there and back off.
 
     An unloaded, tight trunk climbs up the object to the housing. A trunk that is drawn up while its tip is still curled
-    drags the object along.
+    drags the object along. The rise of a long trunk takes longer by the square of its length: its inertia acts further
+    from the arm's last joints.
     """
-    length, down = observation.task.design.length, base_directions(observation)[0]
+    design, down = observation.task.design, base_directions(observation)[0]
+    length, longer = design.length, stretch(design)
     position = base_position(sequence, observation.time) + -EASE_RISE * length * down
     eased = EASE * sequence.move.tension
     ease = replace(
-        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=EASE_TIME, position=position, tension=eased
-    )
+        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=longer**2 * EASE_TIME, position=position,
+        tension=eased,
+    )  # fmt: skip
     back = BACK_OFF * length * observation.T_world_base[:3, 1]
-    uncurl = replace(ease, action="uncurl", duration=OPEN_TIME, position=position + back, tension=0.0 * eased)
+    uncurl = replace(ease, action="uncurl", duration=longer * OPEN_TIME, position=position + back, tension=0.0 * eased)
     return advance(insert_next(sequence, (ease, uncurl)), observation.time)
 
 
