@@ -11,7 +11,8 @@ from scipy.optimize import fsolve
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim.robot.trunk import NEIGHBOURS, cable_name, hinge_names, hinge_order
+from spiraltrunk.design.rules import design_from_rules
+from spiraltrunk.sim.robot.trunk import NEIGHBOURS, cable_name, hinge_names, hinge_order, trunk_spec
 
 BARE = replace(PAPER, gripper=None)
 """The paper's trunk without its gripper: the closed form knows sections alone."""
@@ -294,3 +295,16 @@ def test_slack_cables_leave_the_hanging_trunk_straight(build_trunk):
     data = mujoco.MjData(model)
     _step(model, data, 1.0)
     assert np.degrees(_bends(model, data, PAPER).max()) < 0.1
+
+
+@pytest.mark.parametrize("angle", [15.0, 20.0, 30.0, 45.0])
+def test_the_limit_of_a_joint_has_the_same_lever_for_every_angle(angle):
+    """Over the angle the tendon's length falls by the lever: equal softness in length is equal softness in angle."""
+    design = design_from_rules(delta_theta=math.radians(angle))
+    model = trunk_spec(design).compile()
+    data, lengths = mujoco.MjData(model), []
+    for bend in (design.joint_limit - 1e-4, design.joint_limit + 1e-4):
+        data.joint(hinge_names(0)[0]).qpos[0] = bend
+        mujoco.mj_forward(model, data)
+        lengths.append(float(data.tendon("limit_01").length[0]))
+    assert (lengths[0] - lengths[1]) / 2e-4 == pytest.approx(0.01941, rel=1e-3)

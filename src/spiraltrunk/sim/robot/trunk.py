@@ -33,8 +33,9 @@ NEIGHBOURS = 4
 FINGER_ROOM = 0.25
 """Least room between a section and a first phalanx that collide, in the straight trunk, over a finger's width [-]."""
 
-LIMIT_ARM = 0.075
-"""Distance from a joint to the two sites whose distance limits its angle [m] (ours); sets the limit's softness."""
+LIMIT_LEVER = 0.075 * math.sin(math.radians(15.0))
+"""Lever of the tendon that limits a joint's angle, at the limit [m] (ours): it sets the softness of the limit, which is
+the same for all angles. Its two sites are 75 mm from a joint that is limited to 30 deg."""
 
 
 @explain_fields
@@ -216,14 +217,16 @@ def _add_holes(body: mujoco.MjsBody, design: TrunkDesign, n: int, options: Trunk
 def _add_limit(spec: mujoco.MjSpec, design: TrunkDesign, i: int) -> None:
     """Limit the angle between the axes of two sections, in any direction, by the length of a tendon.
 
-    Two sites on the axes, LIMIT_ARM before and behind the joint, have the distance 2 LIMIT_ARM cos(angle / 2).
+    Two sites on the axes, an arm a before and behind the joint, have the distance 2 a cos(angle / 2). Its derivative,
+    a sin(angle / 2), is the tendon's lever: `LIMIT_LEVER` at the limit.
     """
+    arm = LIMIT_LEVER / math.sin(design.joint_limit / 2)
     before = spec.body(section_name(i)).add_site(
-        name=f"limit_{i + 1:02d}_a", group=4, pos=[design.section_length[i] - LIMIT_ARM, 0, 0]
+        name=f"limit_{i + 1:02d}_a", group=4, pos=[design.section_length[i] - arm, 0, 0]
     )
-    behind = spec.body(section_name(i + 1)).add_site(name=f"limit_{i + 1:02d}_b", group=4, pos=[LIMIT_ARM, 0, 0])
+    behind = spec.body(section_name(i + 1)).add_site(name=f"limit_{i + 1:02d}_b", group=4, pos=[arm, 0, 0])
     tendon = spec.add_tendon(
-        name=f"limit_{i + 1:02d}", limited=True, range=[2 * LIMIT_ARM * math.cos(design.joint_limit / 2), 1.0],
+        name=f"limit_{i + 1:02d}", limited=True, range=[2 * arm * math.cos(design.joint_limit / 2), 1.0],
         solref_limit=[0.003, 1], solimp_limit=[0.95, 0.999, 0.0005, 0.5, 2], group=4,
     )  # fmt: skip
     tendon.wrap_site(before.name)
