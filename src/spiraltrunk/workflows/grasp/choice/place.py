@@ -1,7 +1,7 @@
 """Place of an object: the usual one, or one further away where arm or trunk would have no room.
 
-A hung object hangs beside the trunk as that hangs at the start, further aside by what the trunk is thicker there than
-the paper's. A standing one is moved where the arm would come near its limits.
+A hung object hangs beside the trunk as that hangs at the start, further aside and ahead by what the trunk is thicker
+there than the paper's. A standing one is moved where the arm would come near its limits.
 
 The base of a trunk that wraps a standing object stands behind it, by more the longer the trunk is, and nearer to the
 arm's foot the further the approach is turned (`strategies.wrap.approach`).
@@ -47,9 +47,10 @@ PEDESTAL_ROOM = 0.15
 """Level gap between the arm's wrist, taken as a point, and its pedestal at the ends of all moves [m] (ours): twice the
 wrist's radius, as the object stands up to 30 mm off; without turns it is 167 mm at least."""
 
-HUNG_ROOM = 0.080
-"""Least level distance of a hung object's middle from the surface of the trunk that hangs at the start [m] (ours): the
-paper's has 81 mm. An object is up to 132 mm wide and 30 mm off its announced place."""
+HUNG_ROOM, HUNG_TOP = 0.073, 0.10
+"""Least level distance of a hung object's middle from the surface of the trunk that hangs at the start, measured that
+much above the middle [m] (ours): the paper's has 73.4 mm. An object is up to 132 mm wide and 30 mm off its announced
+place."""
 
 _PERIOD, _STEPS = 0.1, 60
 """Period [s] and largest number of steps of the inverse kinematics on the way from one frame to the next."""
@@ -77,14 +78,17 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
 
 
 def place_hung(design: TrunkDesign, options: SceneOptions, arm: ArmReach) -> SceneOptions:
-    """The scene with a hung object at least `HUNG_ROOM` beside the trunk as it hangs at the start."""
+    """The scene with a hung object at least `HUNG_ROOM` beside the trunk as it hangs at the start.
+
+    An object that is moved for that is moved as far ahead, where its near end is beside the trunk.
+    """
     x, y, z = options.position
     start = arm.T_base(arm.home)[:3, 3]
-    section = np.searchsorted(np.cumsum(design.section_length), float(start[2]) - z)
+    section = np.searchsorted(np.cumsum(design.section_length), float(start[2]) - z - HUNG_TOP)
     if not 0 <= section < design.n_section:
         return options
     least = float(start[1]) + HUNG_ROOM + design.solid.radius * float(design.scale[section])
-    return options if y >= least else replace(options, position=(x, least, z))
+    return options if y >= least else replace(options, position=(x + least - y, least, z))
 
 
 def place_for_wrap(design: TrunkDesign, options: SceneOptions, choice: Strategy[Any]) -> SceneOptions:
