@@ -195,8 +195,8 @@ def wrap_again(sequence: MoveSequence, shift: np.ndarray, back: np.ndarray) -> M
 def touch_speed(design: TrunkDesign) -> float:
     """Speed at which an object is set down [m/s]: lower for long trunks.
 
-    They are heavier, stiffer when shut, and reach further from the arm's last joints. With the square of the length joint
-    6 met its limit in 4 of 30 trials with a radius of 55 mm, with the fourth power in none of the four.
+    They are heavier, stiffer when shut, and reach further from the arm's last joints. With the square of the length
+    joint 6 met its limit in 4 of 30 trials with a radius of 55 mm, with the fourth power in none of the four.
     """
     return TOUCH_SPEED / stretch(design) ** 4
 
