@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from spiraltrunk.checks import check_type
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
@@ -44,8 +45,10 @@ def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
     the object from its side, the object's place suits that (`place_for_wrap`).
 
     Raises:
+        DesignError: for anything but a design.
         ModelError: where the arm reaches high enough over no ground, or the strategy cannot plan for the object.
     """
+    check_type("design", design, TrunkDesign)
     if options.support == "hung":
         return place_hung(design, options, ArmReach(design))
     if not isinstance(strategy, Auto):
