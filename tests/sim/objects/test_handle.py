@@ -8,7 +8,9 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.objects.everyday import draw_object
+from spiraltrunk.sim.objects.geoms import Geom, Solid
 from spiraltrunk.sim.objects.handle import find_handle
+from spiraltrunk.sim.objects.spec import ObjectSpec
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 
@@ -45,6 +47,26 @@ def turn(yaw):
 @pytest.mark.parametrize("seed", range(25))
 def test_what_has_no_handle_is_given_none(kind, seed):
     assert find_handle(draw(kind, seed)) is None
+
+
+def _plates(*sizes):
+    """A solid of boxes, x up: centres and extents across, [mm]."""
+    geoms = tuple(
+        Geom(form="box", size=(0.05, wide / 2e3, deep / 2e3), position=np.array([0.0, y / 1e3, z / 1e3]))
+        for y, z, wide, deep in sizes
+    )
+    return Solid(geoms=geoms, centroid=np.zeros(3), inertia=np.eye(3) * 1e-3)
+
+
+@pytest.mark.parametrize("ratio", [2.0, 3.0, 4.0, 4.5, 5.0, 6.0, 8.0, 40.0])
+def test_a_flat_box_from_a_file_has_no_handle(ratio):
+    shape = ObjectSpec(kind="solid", size=(0.1, 0.02, 0.02 * ratio), mass=0.1, loaded=_plates((0, 0, 20, 20 * ratio)))
+    assert find_handle(shape) is None
+
+
+@pytest.mark.parametrize("solid", [_plates((0, 0, 60, 15), (22, 25, 15, 70)), _plates((0, 0, 60, 15), (0, 30, 15, 60))])
+def test_letters_have_no_handle(solid):
+    assert find_handle(ObjectSpec(kind="solid", size=(0.1, 0.06, 0.07), mass=0.1, loaded=solid)) is None
 
 
 @pytest.mark.parametrize("name", ["ball-30", "cube-28", "bottle-70", "cone-35", "ring-90", "box-80"])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.control.encoding import encode_agent, encode_environment
+from spiraltrunk.control.object_handle import Handle
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.errors import OutputError
 from spiraltrunk.workflows.demos.dataset.task_text import describe_episode
@@ -105,3 +106,13 @@ def test_policies_have_names_of_files_and_tasks(fakes: ModuleType, tmp_path: Pat
     assert text.startswith("grasp the standing cylinder")
     assert text.endswith(f"({strategy})")
     assert name_episode("wrap-vertical", 12) == "wrap-vertical-000012.npz"
+
+
+def test_the_handle_of_a_mug_comes_back_from_the_file(fakes: ModuleType, tmp_path: Path) -> None:
+    episode = fakes.build_episode(2, name="everyday:seed=3,kind=handled")
+    write_episode(episode, tmp_path / "mug.npz")
+    found = restore_observations(load_episode(tmp_path / "mug.npz"))[0].task.target.handle
+    given = fakes.build_fake_task("everyday:seed=3,kind=handled").target.handle
+    assert found is not None
+    for each in fields(Handle):
+        np.testing.assert_array_equal(getattr(found, each.name), getattr(given, each.name))

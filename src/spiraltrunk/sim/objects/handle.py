@@ -21,8 +21,14 @@ SLENDER = 0.4
 """Largest extent of a handle across its direction over the body's width (ours) [-]: beside it fingers have room."""
 SMALLER = 0.85
 """Largest diameter of the circle round the body over that round the whole, of what has a handle (ours) [-]."""
+FULL = 0.8
+"""Least area of the body's convex outline over that of its circle (ours) [-]: of a round body. What is left of a flat
+box beyond a wedge is none."""
 PLAIN = ("cylinder", "cone", "ring", "bottle", "sphere", "box")
 """Kinds of object without a handle."""
+
+SETTLED = 1e-3
+"""Largest last move of the circle's middle over the whole circle's radius [-]."""
 
 _SIDES = 40
 """Points of an outline's edge of the length of the whole outline [-]."""
@@ -54,16 +60,23 @@ def _find_handle(solid: Solid) -> tuple[float, float, tuple[float, float]] | Non
     The wedge opens from the body's middle to the point of the outline that is farthest from the centre of mass.
     """
     points = _outline(solid)
-    middle, whole = _enclose(points)
+    try:
+        middle, whole = _enclose(points)
+    except QhullError:  # A plate so thin that it counts as a line.
+        return None
     center = (UPRIGHT @ solid.centroid)[:2]
     tip, radius = points[np.linalg.norm(points - center, axis=1).argmax()], whole
     for _ in range(_PASSES):
         way = (tip - middle) / float(np.linalg.norm(tip - middle))
         along, across = (points - middle) @ way, np.abs((points - middle) @ [-way[1], way[0]])
         is_body = across >= math.tan(WEDGE / 2) * along
+        if not _is_full(points[is_body]):
+            return None
         before, (middle, radius) = middle, _enclose(points[is_body])
-        if float(np.linalg.norm(middle - before)) < 1e-5:
+        if float(np.linalg.norm(middle - before)) < SETTLED * whole:
             break
+    else:
+        return None
     if radius > SMALLER * whole:
         return None
     out = points[np.linalg.norm(points - middle, axis=1) > 1.02 * radius] - middle
@@ -99,8 +112,17 @@ def _divide(edge: np.ndarray, longest: float) -> np.ndarray:
     return np.vstack(parts)
 
 
+def _is_full(points: np.ndarray) -> bool:
+    """Whether the convex hull of points fills its circle by `FULL`."""
+    try:
+        area = float(ConvexHull(points).volume)
+    except (QhullError, ValueError):  # Too few points, or all on one line.
+        return False
+    return area >= FULL * math.pi * _enclose(points)[1] ** 2
+
+
 def _enclose(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Middle, shape (2,), and radius of the least circle round points of a plane [m]."""
+    """Middle, shape (2,), and radius of a circle round points of a plane, the least of round ones [m]."""
     from trimesh.nsphere import minimum_nsphere
 
     middle, radius = minimum_nsphere(points)  # type: ignore[no-untyped-call]

@@ -226,7 +226,7 @@ def _add_limit(spec: mujoco.MjSpec, design: TrunkDesign, i: int) -> None:
     )
     behind = spec.body(section_name(i + 1)).add_site(name=f"limit_{i + 1:02d}_b", group=4, pos=[arm, 0, 0])
     tendon = spec.add_tendon(
-        name=f"limit_{i + 1:02d}", limited=True, range=[2 * arm * math.cos(design.joint_limit / 2), 1.0],
+        name=f"limit_{i + 1:02d}", limited=True, range=[2 * arm * math.cos(design.joint_limit / 2), 2 * arm + 1.0],
         solref_limit=[0.003, 1], solimp_limit=[0.95, 0.999, 0.0005, 0.5, 2], group=4,
     )  # fmt: skip
     tendon.wrap_site(before.name)

@@ -241,7 +241,8 @@ def choose_grasp(task: Task) -> Strategy[Any]:
 def task_to_grasp(observation: Observation) -> Task:
     """Task of grasping the object as observed: lift, carry aside and hold as before, set down there.
 
-    The axis, which has no sign, points as announced as far as possible. The height of an object that has not fallen
+    The axis, which has no sign, points as announced as far as possible.
+    Where a handle points after the push is unknown. The height of an object that has not fallen
     over is kept as announced, which is more accurate than observed.
     """
     task, seen = observation.task, seen_position(observation)
@@ -249,7 +250,7 @@ def task_to_grasp(observation: Observation) -> Task:
     along = float(np.dot(axis, task.target.axis))
     if abs(along) > _FALLEN:
         seen = np.array([*seen[:2], task.target.position[2]])
-    target = replace(task.target, position=seen, axis=math.copysign(1.0, along) * axis)
+    target = replace(task.target, position=seen, axis=math.copysign(1.0, along) * axis, handle=None)
     return replace(task, target=target, goal=replace(task.goal, place=seen + task.goal.aside))
 
 

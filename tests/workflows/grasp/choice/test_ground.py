@@ -209,3 +209,10 @@ def test_beside_the_papers_trunk_objects_hang_where_they_did():
     wrap = strategies.get("wrap-vertical")
     hung = draw_scene(parse_object("cylinder-120"), 0, strategy=wrap)
     assert set_ground(PAPER, hung, wrap) is hung
+
+
+@pytest.mark.parametrize("position", [(0.45, -0.15, 0.85), (0.9, -0.05, 0.85), (0.45, 0.1, 1.32)])
+def test_a_place_of_ones_own_for_a_hung_object_is_kept(position):
+    wrap, thick = strategies.get("wrap-vertical"), design_from_rules(arm_radius=0.055)
+    hung = replace(draw_scene(parse_object("cylinder-60"), 0, strategy=wrap), position=position)
+    assert set_ground(thick, hung, wrap) is hung

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Command, Goal, Observation, Target, Task
+from spiraltrunk.control.object_handle import Handle
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.toml import parse_design
@@ -134,6 +135,8 @@ def describe_task(task: Task) -> dict[str, Any]:
     if task.target.profile is not None:
         profile = task.target.profile
         target["profile"] = {name: getattr(profile, name) for name in (*_SECTIONS, *_FIGURES)}
+    if task.target.handle is not None:
+        target["handle"] = {each.name: getattr(task.target.handle, each.name) for each in fields(Handle)}
     goal = {each.name: getattr(task.goal, each.name) for each in fields(Goal)}
     return {"target": to_json(target), "goal": to_json(goal)}
 
@@ -146,6 +149,12 @@ def restore_task(episode: Episode) -> Task:
     if target["profile"] is not None:
         sections = {key: np.array(target["profile"][key]) for key in _SECTIONS}
         target["profile"] = ObjectProfile(**{**target["profile"], **sections})
+    if target.get("handle") is not None:
+        told_handle = target["handle"]
+        target["handle"] = Handle(
+            direction=np.array(told_handle["direction"]), body_width=told_handle["body_width"],
+            body_offset=np.array(told_handle["body_offset"]),
+        )  # fmt: skip
     design = parse_design(episode.about["design"].encode(), "design")
     return Task(design=design, target=Target(**target), goal=Goal(**goal))
 

@@ -49,8 +49,8 @@ wrist's radius, as the object stands up to 30 mm off; without turns it is 167 mm
 
 HUNG_ROOM, HUNG_TOP = 0.073, 0.10
 """Least level distance of a hung object's middle from the surface of the trunk that hangs at the start, measured that
-much above the middle [m] (ours): the paper's has 73.4 mm. An object is up to 132 mm wide and 30 mm off its announced
-place."""
+much above the middle [m] (ours): the paper's has 73.4 mm. The widest
+object, 30 mm off its announced place towards the trunk, would still touch it."""
 
 _PERIOD, _STEPS = 0.1, 60
 """Period [s] and largest number of steps of the inverse kinematics on the way from one frame to the next."""
@@ -78,14 +78,16 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
 
 
 def place_hung(design: TrunkDesign, options: SceneOptions, arm: ArmReach) -> SceneOptions:
-    """The scene with a hung object at least `HUNG_ROOM` beside the trunk as it hangs at the start.
+    """The scene with a hung object, in its usual place, at least `HUNG_ROOM` beside the trunk as it hangs at the start.
 
     An object that is moved for that is moved as far ahead, where its near end is beside the trunk.
     """
+    if options.position != SceneOptions().position:
+        return options
     x, y, z = options.position
     start = arm.T_base(arm.home)[:3, 3]
     section = np.searchsorted(np.cumsum(design.section_length), float(start[2]) - z - HUNG_TOP)
-    if not 0 <= section < design.n_section:
+    if section >= design.n_section:
         return options
     least = float(start[1]) + HUNG_ROOM + design.solid.radius * float(design.scale[section])
     return options if y >= least else replace(options, position=(x + least - y, least, z))
