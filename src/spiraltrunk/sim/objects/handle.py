@@ -22,8 +22,8 @@ SLENDER = 0.4
 SMALLER = 0.85
 """Largest diameter of the circle round the body over that round the whole, of what has a handle (ours) [-]."""
 FULL = 0.8
-"""Least area of the body's convex outline over that of its circle (ours) [-]: of a round body. What is left of a flat
-box beyond a wedge is none."""
+"""Least area of the body's convex outline over that of its circle (ours) [-]: only a round body has
+a handle. A flat box less a wedge would count as one otherwise."""
 PLAIN = ("cylinder", "cone", "ring", "bottle", "sphere", "box")
 """Kinds of object without a handle."""
 
@@ -122,7 +122,7 @@ def _is_full(points: np.ndarray) -> bool:
 
 
 def _enclose(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Middle, shape (2,), and radius of a circle round points of a plane, the least of round ones [m]."""
+    """Middle, shape (2,), and radius of a circle round points of a plane [m]: the least where three bound it."""
     from trimesh.nsphere import minimum_nsphere
 
     middle, radius = minimum_nsphere(points)  # type: ignore[no-untyped-call]

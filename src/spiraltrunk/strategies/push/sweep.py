@@ -241,9 +241,9 @@ def choose_grasp(task: Task) -> Strategy[Any]:
 def task_to_grasp(observation: Observation) -> Task:
     """Task of grasping the object as observed: lift, carry aside and hold as before, set down there.
 
-    The axis, which has no sign, points as announced as far as possible.
-    Where a handle points after the push is unknown. The height of an object that has not fallen
-    over is kept as announced, which is more accurate than observed.
+    The axis, which has no sign, points as announced as far as possible. Where a handle points after the push is
+    unknown. The height of an object that has not fallen over is kept as announced, which is more accurate than
+    observed.
     """
     task, seen = observation.task, seen_position(observation)
     axis = task.target.axis if observation.camera is None else observation.camera.axis

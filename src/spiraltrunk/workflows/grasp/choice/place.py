@@ -48,9 +48,9 @@ PEDESTAL_ROOM = 0.15
 wrist's radius, as the object stands up to 30 mm off; without turns it is 167 mm at least."""
 
 HUNG_ROOM, HUNG_TOP = 0.073, 0.10
-"""Least level distance of a hung object's middle from the surface of the trunk that hangs at the start, measured that
-much above the middle [m] (ours): the paper's has 73.4 mm. The widest
-object, 30 mm off its announced place towards the trunk, would still touch it."""
+"""Least level distance of a hung object's middle from the surface of the trunk that hangs at the start, and the height
+above the middle at which the trunk's radius counts [m] (ours): the paper's trunk leaves 73.4 mm. The widest object, 30
+mm off its announced place towards the trunk, would still touch it."""
 
 _PERIOD, _STEPS = 0.1, 60
 """Period [s] and largest number of steps of the inverse kinematics on the way from one frame to the next."""
