@@ -56,7 +56,7 @@ def format_replay(recording: Recording, *, is_dark: bool = False) -> str:
     try:
         server.scene.set_up_direction("+z")
         _aim(server)
-        view, frames = StageView(server.scene, "/stage"), recording.frames
+        view, frames = StageView(server.scene, "/stage", is_dark=is_dark), recording.frames
         view.draw(recording.meshes, frames)
         label = server.scene.add_label("/label", _describe(recording, 0), position=_LABEL_PLACE, anchor="center-right")
         serializer = server.get_scene_serializer()

@@ -11,6 +11,8 @@ from viser import SceneApi
 from spiraltrunk.sim.body_meshes import ModelMeshes
 from spiraltrunk.workflows.grasp.recording import Frames
 
+Color = tuple[int, int, int]
+
 STRING_COLOR = (90, 90, 90)
 
 CAMERA = (2.42, -1.05, 1.50)
@@ -22,6 +24,12 @@ LOOK_AT = (0.26, 0.18, 1.02)
 FIELD = math.radians(36.0)
 """Its vertical field of view [rad]."""
 
+FLOOR_LEAST = 180
+"""Least channel of the colour of a floor, which is lighter than all else that is fixed in the world."""
+
+FLOOR_SHARE = 0.3
+"""Share of its brightness that a floor has on dark ground [-] (ours)."""
+
 MOVED = 1e-5
 """Least change of a pose that is sent: of a position [m], and of a quaternion [-]."""
 
@@ -30,10 +38,19 @@ MOVED = 1e-5
 class StageView:
     """Nodes of the bodies below one root, one for each body and colour, and the strings of a hung object."""
 
-    def __init__(self, scene: SceneApi, root: str) -> None:
+    def __init__(self, scene: SceneApi, root: str, *, is_dark: bool = False) -> None:
+        """No bodies yet.
+
+        Args:
+            scene: where they are drawn.
+            root: name of the node below which they are.
+            is_dark: whether the ground of the page is dark.
+        """
         self._scene = scene
         self._root = root
+        self._is_dark = is_dark
         self._bodies: dict[int, Any] = {}
+        self._floors: list[tuple[Any, Color]] = []
         self._strings: Any = None
         self._parent: Any = None
         self._shown = np.zeros((0, 7))
@@ -50,6 +67,9 @@ class StageView:
                 name, mesh.vertices, mesh.faces.astype("uint32"), color=mesh.color, cast_shadow=mesh.body > 0
             )
             self._bodies.setdefault(mesh.body, node)
+            if mesh.body == 0 and min(mesh.color) >= FLOOR_LEAST:
+                self._floors.append((node, mesh.color))
+        self._color_floors()
         if meshes.string_radius > 0 and frames.string.shape[1]:
             self._strings = self._scene.add_line_segments(
                 f"{self._root}/strings", frames.string[0], STRING_COLOR, thickness=2 * meshes.string_radius
@@ -70,8 +90,19 @@ class StageView:
         if self._strings is not None and not np.array_equal(frames.string[index], self._ends):
             self._strings.points = self._ends = frames.string[index]
 
+    def set_dark(self, is_dark: bool) -> None:
+        """Suit the floor to a page with dark or light ground."""
+        if is_dark != self._is_dark:
+            self._is_dark = is_dark
+            self._color_floors()
+
+    def _color_floors(self) -> None:
+        share = FLOOR_SHARE if self._is_dark else 1.0
+        for node, (red, green, blue) in self._floors:
+            node.color = round(share * red), round(share * green), round(share * blue)
+
     def clear(self) -> None:
         """Take everything out of the scene."""
         if self._parent is not None:
             self._parent.remove()
-        self._bodies, self._strings, self._parent = {}, None, None
+        self._bodies, self._floors, self._strings, self._parent = {}, [], None, None

@@ -88,6 +88,7 @@ class GraspTab:
         self._run = RunPanel(page, self._view, self._read, self._offer)
         self._save = SavePanel(page)
         page.on_design(self._take_design)
+        page.on_dark(self._view.set_dark)
 
     def show(self) -> None:
         """Ask the models where something has changed, and restore the view."""

@@ -132,6 +132,7 @@ class Frame:
 
     def _set_theme(self) -> None:
         set_theme(self._page.client, is_dark=bool(self._dark.value))
+        self._page.set_dark(bool(self._dark.value))
 
     def _add_commands(self, tabs: Sequence[Tab]) -> None:
         """Tabs by keyboard: Alt with a digit, or the list of commands that Ctrl-K opens."""

@@ -62,6 +62,8 @@ class Page:
         """Scene of this page alone."""
         self._design = design
         self._listeners: list[Callable[[TrunkDesign], None]] = []
+        self._is_dark = False
+        self._dark_listeners: list[Callable[[bool], None]] = []
         self._jobs: set[Job] = set()
         self._closing: list[Callable[[], None]] = []
         self._readers: WeakValueDictionary[str, TextReader] = WeakValueDictionary()
@@ -85,6 +87,17 @@ class Page:
     def on_design(self, listener: Callable[[TrunkDesign], None]) -> None:
         """Call ``listener`` with each new design."""
         self._listeners.append(listener)
+
+    def set_dark(self, is_dark: bool) -> None:
+        """Tell every listener whether the page's ground is dark."""
+        self._is_dark = is_dark
+        for listener in self._dark_listeners:
+            listener(is_dark)
+
+    def on_dark(self, listener: Callable[[bool], None]) -> None:
+        """Call ``listener`` now, and as the page's ground becomes dark or light."""
+        self._dark_listeners.append(listener)
+        listener(self._is_dark)
 
     def on_text(self, uuid: str, reader: TextReader) -> None:
         """Give ``reader`` the texts that a control of that identity gets in place of numbers, as long as it lives."""
@@ -240,6 +253,7 @@ class Page:
         for act in reversed(self._closing):
             self.try_act(act)
         self._listeners.clear()
+        self._dark_listeners.clear()
 
     def try_act(self, act: Callable[[], None]) -> None:
         """Run an act; its error becomes a notice on the page."""
