@@ -33,9 +33,11 @@ NEIGHBOURS = 4
 FINGER_ROOM = 0.25
 """Least room between a section and a first phalanx that collide, in the straight trunk, over a finger's width [-]."""
 
-LIMIT_LEVER = 0.075 * math.sin(math.radians(15.0))
-"""Lever of the tendon that limits a joint's angle, at the limit [m] (ours): it sets the softness of the limit, which is
-the same for all angles. Its two sites are 75 mm from a joint that is limited to 30 deg."""
+LIMIT_LEVER = 0.075 * math.sin(math.radians(15.0)) * math.radians(30.0)
+"""Lever of the tendon that limits a joint's angle, at the limit, times the limit [m rad] (ours): it sets the softness of
+the limit. Its two sites are 75 mm from a joint that is limited to 30 deg. Sections whose faces have met are compressed
+in proportion to their length. So a joint gives way by the same share of its limit, whatever that is, and a curled trunk
+by the same angle, with many sections or few."""
 
 
 @explain_fields
@@ -218,9 +220,9 @@ def _add_limit(spec: mujoco.MjSpec, design: TrunkDesign, i: int) -> None:
     """Limit the angle between the axes of two sections, in any direction, by the length of a tendon.
 
     Two sites on the axes, an arm a before and behind the joint, have the distance 2 a cos(angle / 2). Its derivative,
-    a sin(angle / 2), is the tendon's lever: `LIMIT_LEVER` at the limit.
+    a sin(angle / 2), is the tendon's lever: that of `LIMIT_LEVER` at the limit.
     """
-    arm = LIMIT_LEVER / math.sin(design.joint_limit / 2)
+    arm = LIMIT_LEVER / design.joint_limit / math.sin(design.joint_limit / 2)
     before = spec.body(section_name(i)).add_site(
         name=f"limit_{i + 1:02d}_a", group=4, pos=[design.section_length[i] - arm, 0, 0]
     )
