@@ -34,8 +34,8 @@ FINGER_ROOM = 0.25
 """Least room between a section and a first phalanx that collide, in the straight trunk, over a finger's width [-]."""
 
 LIMIT_LEVER = 0.075 * math.sin(math.radians(15.0)) * math.radians(30.0)
-"""Lever of the tendon that limits a joint's angle, at the limit, times the limit [m rad] (ours): it sets the softness of
-the limit. Its two sites are 75 mm from a joint that is limited to 30 deg. Sections whose faces have met are compressed
+"""Lever of the tendon that limits a joint's angle, at the limit, times the limit [m rad] (ours): it sets how soft the
+limit is. Its two sites are 75 mm from a joint that is limited to 30 deg. Sections whose faces have met are compressed
 in proportion to their length. So a joint gives way by the same share of its limit, whatever that is, and a curled trunk
 by the same angle, with many sections or few."""
 
