@@ -22,6 +22,7 @@ from spiraltrunk.strategies.fingertip.plan import tip_height
 from spiraltrunk.strategies.push.approach_pose import plan_pose, reach_of, roll_up
 from spiraltrunk.strategies.push.kick import RESISTANCE, ROLL, Kick
 from spiraltrunk.strategies.push.sweep import Sweep, choose_grasp, task_to_grasp
+from spiraltrunk.workflows.grasp.trial import run_trial
 
 DT = 0.02
 HOME = np.array([[0.0, 0.0, -1.0, 0.307], [0.0, -1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 1.22], [0.0, 0.0, 0.0, 1.0]])
@@ -315,6 +316,22 @@ def test_a_heavy_rolled_trunk_keeps_further_off_the_ground():
         gaps.append(pose.height - pose.trunk.bottom - task.goal.ground)
     assert gaps[0] == pytest.approx(0.005)
     assert gaps[1] == pytest.approx(0.012, abs=0.001)
+
+
+@pytest.mark.parametrize(("angle", "tension"), [(15.0, 27.0), (20.0, 36.0), (30.0, 54.0), (45.0, 54.0)])
+def test_a_rolled_trunk_of_fine_sections_is_held_by_less_tension(angle, tension):
+    design = design_from_rules(delta_theta=math.radians(angle))
+    pose = plan_pose(replace(_task(), design=design), 0.0)
+    assert pose.tension.tolist() == pytest.approx([0.0, tension, tension])
+
+
+@pytest.mark.slow
+def test_fingers_that_slip_on_between_the_turns_bend_no_joint_past_its_limit():
+    """With nine tenths of the largest tension, as for joints of 30 deg, one of 20 deg bent by 22.6 deg."""
+    design = design_from_rules(delta_theta=math.radians(20.0))
+    verdict = run_trial(design, parse_object("ball-80"), strategy="kick", seed=4191269158).verdict
+    assert verdict.success, verdict.reason
+    assert verdict.bend < math.radians(21.5)
 
 
 def test_what_cannot_be_pushed_is_refused():
