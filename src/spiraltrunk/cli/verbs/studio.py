@@ -44,8 +44,10 @@ def add_verb(verbs: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
+    from spiraltrunk.studio.server.heap import bound_heap
     from spiraltrunk.studio.studio import Studio, StudioOptions
 
+    bound_heap()
     warnings.filterwarnings("ignore", message=r"Queued a \w+ on a closed connection")  # By a page that closes.
     design = load_design(arguments.design)
     file, opening = _load_robot(arguments.robot, design), threading.Lock()
