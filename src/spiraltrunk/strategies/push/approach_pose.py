@@ -26,13 +26,7 @@ TILT = math.radians(60.0)
 """Tilt of the base from hanging towards the push [rad] (ours): a low front, and the housing clears the ground."""
 
 TENSION = 0.9
-"""Tension of the ventral cables over the largest one [-] (ours): the more, the stiffer the rolled trunk. Joints that
-bend by less than `COARSE` get less, as their limits are less: of 20 deg 0.6."""
-
-COARSE = math.radians(30.0)
-"""Limit of a joint from which the tension is the full one [rad] (ours). The fingers jam between the turns of the rolled
-trunk and slip on, sometimes much later; with 0.9 the blow bent joints of 20 deg by up to 23 deg in 12 kicks and sweeps
-that with 0.6 all succeeded."""
+"""Tension of the ventral cables over the largest one [-] (ours): the more, the stiffer the rolled trunk."""
 
 CLEARANCE = 0.005
 """Least gap between rolled trunk and ground [m] (ours)."""
@@ -119,18 +113,14 @@ def plan_pose(task: Task, contact: float) -> ApproachPose:
     wanted = goal.ground + (0.0 if target.kind == "sphere" else middle) + trunk.below
     return ApproachPose(
         way=way / distance, rotation=tilted_base(way / distance, TILT), trunk=trunk, height=max(lowest, wanted),
-        tension=_find_tension(design) * ventral,
+        tension=TENSION * design.cable.tension_max * ventral,
     )  # fmt: skip
 
 
 def _find_clearance(design: TrunkDesign) -> float:
     """Gap between rolled trunk and ground, by how far its weight opens the joints against the cables [m]."""
-    return max(CLEARANCE, SAG * design.length * design.total_mass * GRAVITY / _find_tension(design))
-
-
-def _find_tension(design: TrunkDesign) -> float:
-    """Tension of a ventral cable of the rolled trunk [N]."""
-    return TENSION * min(1.0, design.joint_limit / COARSE) * design.cable.tension_max
+    weight, pull = design.total_mass * GRAVITY, TENSION * design.cable.tension_max
+    return max(CLEARANCE, SAG * design.length * weight / pull)
 
 
 def reach_of(target: Target) -> float:
