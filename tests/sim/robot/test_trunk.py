@@ -12,8 +12,7 @@ from scipy.optimize import fsolve
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import design_from_rules
-from spiraltrunk.sim.robot.trunk import NEIGHBOURS, TrunkOptions, cable_name, hinge_names, hinge_order, trunk_spec
-from spiraltrunk.sim.scene.options import TIMESTEP
+from spiraltrunk.sim.robot.trunk import NEIGHBOURS, cable_name, hinge_names, hinge_order, trunk_spec
 
 BARE = replace(PAPER, gripper=None)
 """The paper's trunk without its gripper: the closed form knows sections alone."""
@@ -325,24 +324,3 @@ def test_a_curled_trunk_gives_way_as_far_in_many_sections_as_in_few(build_trunk,
         excess.append(float((_bends(model, data, design) - design.joint_limit).sum()))
     assert math.radians(5.0) < excess[0]
     assert 0.8 < excess[1] / excess[0] < 1.25
-
-
-@pytest.mark.parametrize("sections", [21, 22, 24, 27, 36])
-def test_cables_held_by_length_are_as_stable_in_fine_sections_as_in_coarse_ones(sections):
-    """By the product of step and largest angular frequency, with implicit damping; the integrator's bound is 2."""
-    assert _swing(design_from_rules(delta_theta=math.radians(540.0 / sections))) < _swing(design_from_rules())
-    assert _swing(PAPER) < 2.0
-
-
-def _swing(design):
-    model = trunk_spec(design).compile()
-    data = mujoco.MjData(model)
-    data.qpos[_hinges(model, design)[:, 1]] = design.joint_limit
-    mujoco.mj_forward(model, data)
-    jacobian, inertia = np.zeros((model.ntendon, model.nv)), np.zeros((model.nv, model.nv))
-    mujoco.mju_sparse2dense(jacobian, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
-    mujoco.mj_fullM(model, data, inertia)
-    lever = jacobian[[model.tendon(cable_name(c)).id for c in range(design.n_cable)]]
-    effective = inertia + TIMESTEP * np.diag(model.dof_damping)
-    values = np.linalg.eigvals(np.linalg.solve(effective, TrunkOptions().cable_gain * lever.T @ lever)).real
-    return TIMESTEP * math.sqrt(values.max())

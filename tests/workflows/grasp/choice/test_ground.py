@@ -196,7 +196,7 @@ def test_the_grasp_of_a_sweep_begins_at_its_goal():
 
 @pytest.mark.parametrize("radius", [0.055, 0.060, 0.065])
 def test_no_wide_hung_object_touches_a_thick_trunk_at_the_start(radius):
-    """The object is 20 mm off its announced place, towards the trunk; in its usual place it would touch all of these."""
+    """The object is 20 mm off its announced place, towards the trunk; in its usual place it would touch these."""
     design, wrap = design_from_rules(arm_radius=radius), strategies.get("wrap-vertical")
     scene = draw_scene(parse_object("cylinder-120"), 0, strategy=wrap, spread=EXACT)
     plant = SimPlant(design, set_ground(design, replace(scene, offset=(0.0, -0.02, 0.0)), wrap))
