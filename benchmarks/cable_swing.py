@@ -12,7 +12,8 @@ from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.sim.robot.cable_swing import compute_cable_swing
 
 TRUNKS = {
-    "paper": presets.PAPER,
+    **{name: presets.get(name) for name in ("paper", "spirob-15", "spirob-1m")},
+    "30 deg, by rules": design_from_rules(),
     "m 1.45": design_from_rules(m=1.45),
     "m 1.7": design_from_rules(m=1.7),
     "arm radius 36 mm": design_from_rules(arm_radius=0.036),

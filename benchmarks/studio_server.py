@@ -3,8 +3,8 @@
 A program takes the place of the browser. It answers the heartbeats of the connected twin, which come `--haste` times as
 often as usual, and sends the values of sliders. Tabs are shown and a grasp is played in the page's own thread. After
 each part of the time one line tells Python's objects, what the C library has given out and what it keeps free, and the
-resident memory: what is given out and the objects tell a leak, what is kept free tells how the heap is set
-(`spiraltrunk.studio.server.heap`, left out with `--unbound`). The memory of the page in a real browser is
+resident memory, all after `malloc_trim`. Objects and what is given out tell a leak; what is kept free tells how the
+heap is set (`spiraltrunk.studio.server.heap`, left out with `--unbound`). The memory of the page in a real browser is
 `studio_hours.py`'s.
 
     python benchmarks/studio_server.py --minutes 7

@@ -39,12 +39,10 @@ limit is. Its two sites are 75 mm from a joint that is limited to 30 deg. Sectio
 in proportion to their length. So a joint gives way by the same share of its limit, whatever that is, and a curled trunk
 by the same angle, with many sections or few."""
 
-
 ARMATURE = 1e-5
-"""Least inertia that is added about each axis of a joint of 30 deg [kg m^2] (ours), for the integrator. Cables that are
-held by length swing against the joints of a curled trunk: time step times angular frequency must be less than 2. With
-2 ms it is 1.99 for the paper's trunk. More and lighter joints get more: with 20 deg it was 2.34, and joints chattered
-at their limits."""
+"""Least inertia that is added about each axis of a joint of 30 deg [kg m^2] (ours), for the integrator: cables that are
+held by length swing fast against the joints of a curled trunk (`cable_swing.compute_cable_swing`). Fine sections have
+more joints, and lighter ones, and each gets more: those of 20 deg chattered at their limits."""
 
 
 @explain_fields
