@@ -15,9 +15,9 @@ def compute_cable_swing(design: TrunkDesign, timestep: float) -> float:
     """Time step times the largest angular frequency of a curled trunk whose cables are held by length [-].
 
     The winders' stiffness K acts against the inertia M of the joints. The integrator takes the damping D of the joints
-    implicitly and the stiffness explicitly, (M + h D) v' = M v - h K q with the step h. It is stable where h^2 K is less
-    than 4 (M + h D / 2): the product is less than 2. A little beyond, the winders' largest tension bounds the swing;
-    further on joints chatter.
+    implicitly and the stiffness explicitly, (M + h D) v' = M v - h K q with the step h. It is stable where h^2 K is
+    less than 4 (M + h D / 2): the product is less than 2. A little beyond, the winders' largest tension bounds the
+    swing; further on joints chatter.
 
     Args:
         design: the trunk; every joint is at its ventral limit.
