@@ -54,15 +54,14 @@ BEAT = re.compile(rb"request_uuid.([0-9a-f]{16}-\d+)", re.DOTALL)
 FIRST_SLIDERS = 6
 """Sliders of a tab that are moved [-]."""
 
-
 FIELDS = (
     "arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks", "keepcost"
 )  # fmt: skip
-"""Of glibc's ``mallinfo2``."""
+"""Names of the fields of `Heap`."""
 
 
 class Heap(ctypes.Structure):
-    """glibc's ``mallinfo2``."""
+    """What glibc's ``mallinfo2`` returns."""
 
     _fields_ = [(name, ctypes.c_size_t) for name in FIELDS]
 
