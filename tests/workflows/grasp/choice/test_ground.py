@@ -216,3 +216,24 @@ def test_a_place_of_ones_own_for_a_hung_object_is_kept(position):
     wrap, thick = strategies.get("wrap-vertical"), design_from_rules(arm_radius=0.055)
     hung = replace(draw_scene(parse_object("cylinder-60"), 0, strategy=wrap), position=position)
     assert set_ground(thick, hung, wrap) is hung
+
+
+@pytest.mark.parametrize("width_mm", [132, 150])
+def test_a_wide_hung_object_begins_clear_of_the_trunk(width_mm):
+    """It hangs 28 mm off its announced place; in the usual place it would begin 3 mm in the trunk or deeper."""
+    wrap = strategies.get("wrap-vertical")
+    shape = parse_object(f"cylinder:diameter_mm={width_mm},height_mm=240,mass_g=300")
+    hung = replace(draw_scene(shape, 0, strategy=wrap, spread=EXACT), offset=(-0.02, -0.02, 0.0))
+    moved = set_ground(PAPER, hung, wrap)
+    assert moved.position != hung.position
+    assert measure_overlap(moved) < 0.5e-3
+    assert measure_overlap(hung) > 2.5e-3
+
+
+def measure_overlap(options):
+    """How deep the object is in the trunk at the start [m]."""
+    plant = SimPlant(PAPER, options)
+    plant.reset()
+    target = plant.model.body("object").id
+    touching = [each for each in plant.data.contact if target in plant.model.geom_bodyid[each.geom]]
+    return max((-float(each.dist) for each in touching), default=0.0)

@@ -47,10 +47,11 @@ PEDESTAL_ROOM = 0.15
 """Level gap between the arm's wrist, taken as a point, and its pedestal at the ends of all moves [m] (ours): twice the
 wrist's radius, as the object stands up to 30 mm off; without turns it is 167 mm at least."""
 
-HUNG_ROOM, HUNG_TOP = 0.073, 0.10
-"""Least level distance of a hung object's middle from the surface of the trunk that hangs at the start, and the height
-above the middle at which the trunk's radius counts [m] (ours): the paper's trunk leaves 73.4 mm. The widest object, 30
-mm off its announced place towards the trunk, would still touch it."""
+HUNG_ROOM, HUNG_TOP, HUNG_WIDTH = 0.073, 0.10, 0.120
+"""Least level distance of the middle of a hung object, up to `HUNG_WIDTH` wide, from the surface of the trunk that
+hangs at the start, and the height above the middle at which the trunk's radius counts [m] (ours): the paper's trunk
+leaves 73.4 mm. An object of `HUNG_WIDTH` that hangs 30 mm off its announced place, both across and ahead, begins up to
+1 mm in the trunk."""
 
 _PERIOD, _STEPS = 0.1, 60
 """Period [s] and largest number of steps of the inverse kinematics on the way from one frame to the next."""
@@ -80,7 +81,8 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
 def place_hung(design: TrunkDesign, options: SceneOptions, arm: ArmReach) -> SceneOptions:
     """The scene with a hung object, in its usual place, at least `HUNG_ROOM` beside the trunk as it hangs at the start.
 
-    An object that is moved for that is moved as far ahead, where its near end is beside the trunk.
+    What is wider than `HUNG_WIDTH` has as much more room as its half is wider. An object that is moved for that is moved
+    as far ahead, where its near end is beside the trunk.
     """
     if options.position != SceneOptions().position:
         return options
@@ -89,7 +91,8 @@ def place_hung(design: TrunkDesign, options: SceneOptions, arm: ArmReach) -> Sce
     section = np.searchsorted(np.cumsum(design.section_length), float(start[2]) - z - HUNG_TOP)
     if section >= design.n_section:
         return options
-    least = float(start[1]) + HUNG_ROOM + design.solid.radius * float(design.scale[section])
+    wider = max(0.0, (options.announced or options.shape).width - HUNG_WIDTH) / 2
+    least = float(start[1]) + HUNG_ROOM + wider + design.solid.radius * float(design.scale[section])
     return options if y >= least else replace(options, position=(x + least - y, least, z))
 
 
