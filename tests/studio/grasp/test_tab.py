@@ -94,6 +94,16 @@ def test_a_grasp_is_run_watched_scrubbed_and_played(fakes, studio, open_page, ta
     assert json.loads(fetch(page, "Result (JSON)", "result.json"))["success"] is True
 
 
+def test_the_checkbox_darkens_the_floor_of_the_scene(fakes, studio, open_page, take_picture):
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance")
+    light = settle(page, take_picture, "light")
+    page.get_by_label("Dark", exact=True).click()
+    dark = settle(page, take_picture, "dark", before=light)
+    foot = slice(-light.shape[0] // 4, None)  # Where the floor is in front of robot and object.
+    assert dark[foot, : light.shape[1] // 2].mean() < 0.5 * light[foot, : light.shape[1] // 2].mean()
+
+
 def test_a_run_that_is_stopped_leaves_its_frames(fakes, studio, open_page):
     page = open_page(studio([GraspTab]))
     wait_for(page, "predicted chance")

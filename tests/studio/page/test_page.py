@@ -135,3 +135,12 @@ def test_work_that_refuses_what_it_was_given_is_told_as_a_refusal(page):
 
 def fail_at_work():
     raise StudioError("the work failed")
+
+
+def test_who_listens_for_a_dark_ground_is_told_the_present_one_and_each_change(page):
+    page.set_dark(True)
+    told = []
+    page.on_dark(told.append)
+    page.set_dark(False)
+    page.set_dark(True)
+    assert told == [True, False, True]
