@@ -38,6 +38,7 @@ LEAST_DIFFERENCE = 15.0
 
 SETS = {
     "cables of the paper's trunk": COLORS[:3],
+    "legend of Design": (CABLE, *(color for name, color in _LINES.items() if name != "sections")),
     "legend of Shape": (SHUT, BODY, GHOST),
     "trunk and the missed place": (BODY, SHUT, MISSED),
     "lines of Measure": (RMSE, MEASURED),

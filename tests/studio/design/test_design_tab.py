@@ -141,6 +141,25 @@ def test_what_whole_sections_change_is_told_and_digits_are_kept(open_design):
     assert adjusted.count() == 0
 
 
+def test_measured_values_that_are_left_out_are_told_and_a_preset_is_no_own_design(open_design):
+    page, _ = open_design()
+    pick_preset(page, "own design")
+    page.get_by_role("alert").filter(has_text="the design is the preset paper").wait_for(timeout=LONG)
+    wait_until(lambda: page.get_by_label("Preset", exact=True).first.input_value() == "paper")
+    fill(box_of(page, "Ratio m"), "1.6")
+    page.get_by_role("alert").filter(has_text="measured values are left out").wait_for(timeout=LONG)
+    wait_until(lambda: page.get_by_label("Preset", exact=True).first.input_value() == "own design")
+
+
+def test_viser_does_not_tell_again_that_a_file_has_arrived(open_design, tmp_path):
+    page, _ = open_design()
+    file = tmp_path / "own.toml"
+    file.write_text(format_design(presets.get("spirob-15")))
+    page.locator("input[type=file]").first.set_input_files(file)
+    page.get_by_role("alert").filter(has_text="own.toml is the design now").wait_for(timeout=LONG)
+    wait_until(lambda: page.get_by_text("File uploaded successfully.").filter(visible=True).count() == 0)
+
+
 def test_ranges_go_back_after_an_extreme_value(open_design):
     page, tab = open_design()
     page.get_by_role("button", name="Spiral and sections (folder)").click()
@@ -164,7 +183,7 @@ def test_an_arm_that_cannot_be_is_refused_at_its_box(open_design, tmp_path):
     home = page.get_by_role("textbox", name="Initial joints [deg]", exact=True)
     home.fill("1,2")
     told = page.get_by_role("alert").filter(has_text="allowed: 7 numbers, one per joint of the arm")
-    told.filter(has_text="arm.home_deg is 2 numbers").wait_for(timeout=LONG)
+    told.filter(has_text="Initial joints [deg] is 2 numbers").wait_for(timeout=LONG)
     wait_until(lambda: home.input_value() == "")
     site = page.get_by_label("Mount site", exact=True).filter(visible=True).first
     site.click()
@@ -198,6 +217,11 @@ def test_parts_are_made_and_offered_or_stopped(open_design, tmp_path):
     download.value.save_as(tmp_path / "parts.zip")
     with zipfile.ZipFile(io.BytesIO((tmp_path / "parts.zip").read_bytes())) as archive:
         assert "parts/drum.stl" in archive.namelist()
+    stale = page.get_by_text("of the design before its last change").filter(visible=True)
+    fill(box_of(page, "Ratio m"), "1.7")
+    stale.wait_for(timeout=LONG)
+    pick_preset(page, "paper")
+    stale.wait_for(state="detached", timeout=LONG)
     page.get_by_role("button", name="Make parts").click()
     page.get_by_role("button", name="Stop").wait_for()  # The page's thread has begun, and made the folder.
     folder = tab._parts._folder

@@ -27,6 +27,11 @@ def test_figures_are_the_designs():
     assert "none" in format_figures(bare)
 
 
+def test_a_length_has_no_exponent():
+    shown = {name: value for name, value, _ in list_figures(presets.get("spirob-1m"))}
+    assert shown["Length"] == "1000 mm"
+
+
 def test_sizes_that_nothing_takes_are_told():
     assert find_gap(presets.PAPER) == ""
     short = change_field(presets.PAPER, "gripper.finger_length", 0.02)

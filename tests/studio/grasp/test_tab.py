@@ -145,6 +145,16 @@ def test_the_picker_tells_why_and_takes_measures_and_files(fakes, studio, open_p
     assert fakes.requests[-1].shape.size == pytest.approx((0.12, 0.04, 0.05))
     upload.set_input_files({"name": "cup.stl", "mimeType": "model/stl", "buffer": b"no solid"})
     wait_for(page, "no STL that can be read")
+    page.reload()
+    wait_for(page, "No file yet")
+    assert page.get_by_label("Object", exact=True).first.input_value() == "from a file (STL, OBJ)"
+    wait_for(page, "the object's file is missing")
+    pick(page, "Object", "by its measures")
+    pick(page, "Solid", "ring")
+    tube = page.get_by_text("Tube [mm]").locator("xpath=ancestor::*[.//input[@type='text' or @inputmode]][1]")
+    tube.get_by_role("textbox").first.fill("200")
+    tube.get_by_role("textbox").first.press("Enter")
+    wait_for(page, "Outer diameter [mm] is 90")
 
 
 @pytest.mark.slow
@@ -174,6 +184,14 @@ def test_a_reload_comes_back_to_the_grasp_until_another_is_picked(fakes, studio,
     assert json.loads(fetch(page, "Result (JSON)", "result.json"))["success"] is True
     pick(page, "Object", "box-80")
     page.get_by_text("Success.").filter(visible=True).wait_for(state="detached", timeout=PATIENCE)
+    still = settle(page, take_picture, "still", before=end)
+    click(page, "Show again: wrap-vertical, cylinder-60, seed 0")
+    wait_for(page, "Success.")
+    again = settle(page, take_picture, "again", before=still)
+    changes = [(np.abs(one - end).max(axis=2) > 30)[:, 330:].mean() for one in (again, still)]  # Beside the notices.
+    assert 5 * changes[0] < changes[1], "the ball is back"
+    assert json.loads(fetch(page, "Result (JSON)", "result.json"))["success"] is True
+    assert page.get_by_role("button", name="Show again").count() == 0
 
 
 @pytest.mark.slow

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, fields
 from decimal import Decimal, InvalidOperation
 from typing import Any, final
 
+import numpy as np
+
 from spiraltrunk.design import TrunkDesign
-from spiraltrunk.design.schema import TABLES, Key, Kind, format_value, read_value
-from spiraltrunk.errors import DesignError
+from spiraltrunk.design.edit import MEASURED, read_field
+from spiraltrunk.design.schema import TABLES, Key, Kind, as_typed, convert_error, format_value, read_value
+from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.field_docs import read_field_docs
 from spiraltrunk.studio.page.scale import Scale, is_number, label_with_unit
 
@@ -21,16 +25,26 @@ _UNITS = {
 
 _LABELS = {
     "spiral.a": "Radius a", "spiral.b": "Growth b", "k": "Ratio k",
-    "delta_theta": "Angle Δθ", "n_section": "Sections", "theta_tip": "Tip angle θ",
+    "delta_theta": "Angle Δθ alone", "n_section": "Sections", "theta_tip": "Tip angle θ",
+    "joint.radius": "Joint radius", "joint.length": "Joint length",
     "joint.youngs_modulus": "Young's modulus", "joint.stiffness": "Measured stiffness",
     "cable.angles": "Directions", "cable.hole_fraction": "Hole position", "cable.tension_max": "Largest tension",
     "mass.sections": "Section masses", "mass.center_fraction": "Centre of mass",
-    "gripper.n_finger": "Fingers", "gripper.b": "Growth b",
-    "gripper.delta_theta": "Angle Δθ", "gripper.n_phalanx": "Phalanges",
-    "gripper.tension_max": "Largest tension", "gripper.n_leg": "Cable legs", "arm.model": "Arm",
-    "arm.home": "Initial joints",
+    "gripper.n_finger": "Fingers", "gripper.b": "Finger growth b",
+    "gripper.delta_theta": "Finger angle Δθ", "gripper.n_phalanx": "Phalanges", "gripper.mass": "Gripper mass",
+    "gripper.stiffness": "Finger stiffness", "gripper.tension_max": "Largest finger tension",
+    "gripper.n_leg": "Cable legs", "housing.radius": "Housing radius", "housing.length": "Housing length",
+    "housing.mass": "Housing mass", "arm.model": "Model of the arm", "arm.home": "Initial joints",
 }  # fmt: skip
 """Labels of fields whose name does not say enough; others are labelled by their name."""
+
+_OTHERWISE = {
+    "joint.stiffness": "it follows from the joint's radius, its length and Young's modulus",
+    "mass.sections": "they follow from the density", "mass.center_fraction": "it is the centroid's",
+    "housing.mass": "it follows from the material", "housing.neck_mass": "it follows from the material",
+    "arm.home": "those of the arm's description",
+}  # fmt: skip
+"""What holds of an optional field without a value."""
 
 _STEPS = 200
 """Least number of steps of a slider [-]."""
@@ -54,8 +68,13 @@ class ShownField:
     """Unit of its control."""
     hint: str
     """What it is."""
-    is_optional: bool
-    """Whether it may be None, which makes a rule give its value."""
+    otherwise: str
+    """What holds where it is None, in words; empty for a field that always has a value."""
+
+    @property
+    def is_optional(self) -> bool:
+        """Whether it may be None, which makes a rule give its value."""
+        return bool(self.otherwise)
 
     @property
     def text(self) -> str:
@@ -121,12 +140,44 @@ def list_shown(table: str) -> tuple[ShownField, ...]:
 
 def _describe(table: str, key: Key) -> ShownField:
     name = key.field if key.owner is TrunkDesign else f"{table}.{key.field}"
-    hint = read_field_docs(key.owner).get(key.field, key.field)
+    hint = _simplify(read_field_docs(key.owner).get(key.field, key.field))
     default = {field.name: field.default for field in fields(key.owner)}[key.field]
     return ShownField(
         name=name, key=key, label=_LABELS.get(name, key.field.replace("_", " ").capitalize()),
-        unit=_UNITS[key.name[len(key.field) + 1 :]], hint=hint, is_optional=default is None,
+        unit=_UNITS[key.name[len(key.field) + 1 :]], hint=hint, otherwise=_OTHERWISE[name] if default is None else "",
     )  # fmt: skip
+
+
+def _simplify(text: str) -> str:
+    """A docstring of a field for a person at its control, whose unit is another: no unit in SI, and no word of code."""
+    text = re.sub(r"\s*\[[^\]]*\]", "", text)
+    text = re.sub(r"[;:,]? None\b[^.]*", "", text)
+    return re.sub(r" \(ours\)|(?<=\()ours[:;] ", "", text)
+
+
+def as_labelled(error: DesignError) -> DesignError:
+    """The error with label and unit of its control, where a control shows what it is about."""
+    field, _, index = error.name.partition("[")
+    shown = next((each for table in TABLES for each in list_shown(table) if each.name == field), None)
+    if shown is None:
+        return as_typed(error)
+    place = index.rstrip("]")
+    label = f"{shown.text}, number {int(place) + 1}" if place.isdigit() else shown.text
+    got = Unquoted(format_value(error.got, shown.key)) if isinstance(error.got, float | int | tuple) else error.got
+    return convert_error(error, label, shown.key.unit, got)
+
+
+def describe_lost(before: TrunkDesign, after: TrunkDesign) -> str:
+    """Which measured values another shape of the trunk has left out, in words; empty for none.
+
+    A value that is left out while the sections stay as they are was taken back by the person.
+    """
+    lost = [name for name in MEASURED if read_field(before, name) is not None and read_field(after, name) is None]
+    if not lost or np.array_equal(before.section_length, after.section_length):
+        return ""
+    labels = {shown.name: shown for table in TABLES for shown in list_shown(table)}
+    told = "; ".join(f"{labels[name].label}: {labels[name].otherwise}" for name in lost)
+    return f"the shape has changed, so that measured values are left out. {told}."
 
 
 def divide(width: float) -> tuple[float, int]:

@@ -34,7 +34,7 @@ def format_figures(design: TrunkDesign) -> str:
     """HTML of the table."""
     cells = [
         f'<td title="{escape(why)}" style="opacity:0.7;padding:1px 6px 1px 0;white-space:nowrap">{escape(name)}</td>'
-        f'<td title="{escape(why)}" style="padding:1px 8px 1px 0;white-space:nowrap"><b>{escape(value)}</b></td>'
+        f'<td title="{escape(why)}" style="padding:1px 8px 1px 0"><b>{escape(value)}</b></td>'
         for name, value, why in list_figures(design)
     ]
     rows = "".join(f"<tr>{first}{second}</tr>" for first, second in zip(cells[::2], cells[1::2], strict=True))
@@ -81,4 +81,4 @@ def _mm(length: float) -> str:
 
 def _format(value: float, digits: int) -> str:
     """A positive number with some significant digits, and all of those before the point: no exponent."""
-    return f"{value:.0f}" if value >= 10.0**digits else f"{value:.{digits}g}"
+    return f"{value:.0f}" if value >= 10.0**digits - 0.5 else f"{value:.{digits}g}"

@@ -55,6 +55,9 @@ class DesignFiles:
     def _load_preset(self, name: str) -> None:
         if name != OWN:
             self._take(presets.get(name))
+        elif (found := find_preset(self._page.design)) != OWN:
+            self.show(self._page.design)
+            raise StudioError(f"the design is the preset {found}; it becomes your own once a parameter is changed")
 
     def _save(self) -> None:
         self._page.download(FILE, format_design(self._page.design).encode())

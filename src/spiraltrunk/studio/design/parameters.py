@@ -150,7 +150,7 @@ class Parameters:
             self._change(lambda old: change_field(old, field.name, _FOLLOWING[field.name](old) if is_given else None))
 
         is_given = read_field(design, field.name) is not None
-        return Switch(self._page, f"{field.label}: measured", is_given, take, hint=f"{field.hint} Off: it follows.")
+        return Switch(self._page, f"{field.label}: measured", is_given, take, hint=_add_otherwise(field, "Off"))
 
     def _add_choice(self, field: ShownField, design: TrunkDesign) -> None:
         def find_options(shown: TrunkDesign) -> tuple[str, ...]:
@@ -170,7 +170,7 @@ class Parameters:
         self._writers.append(write)
 
     def _add_text(self, field: ShownField, design: TrunkDesign) -> None:
-        hint = f"{field.hint}{' Empty: it follows.' if field.is_optional else ''}"
+        hint = _add_otherwise(field, "Empty") if field.is_optional else field.hint
         if field.key.kind is Kind.NUMBERS:
             hint += " Numbers, separated by commas."
         box = TextBox(
@@ -201,6 +201,11 @@ class Parameters:
 
         slider = Slider(self._page, scale, design.n_cable, take)
         self._writers.append(lambda shown: slider.set(shown.n_cable))
+
+
+def _add_otherwise(field: ShownField, without: str) -> str:
+    """The hint of an optional field, and what holds ``without`` a value."""
+    return f"{field.hint} {without}: {field.otherwise}."
 
 
 def change_gripper(design: TrunkDesign, gripper: GripperDesign | None) -> TrunkDesign:

@@ -53,6 +53,7 @@ class PartExport:
                 page, "Download parts", self._send, hint="One ZIP file with parts, bill of materials and guide",
                 visible=False,
             )  # fmt: skip
+        page.on_design(lambda _: self._tell_made())
 
     def stop(self) -> None:
         """Stop what runs."""
@@ -77,7 +78,7 @@ class PartExport:
     def _begin(self) -> None:
         if self._job is not None:
             return
-        self._design = self._page.design
+        self._design, self._made = self._page.design, None
         self._folder = make_scratch("parts")
         self._show_running(True)
         self._status.content = "Starting …"
@@ -111,8 +112,19 @@ class PartExport:
         self._page.clear_error("parts")
         name = name_file(self._design, "-parts.zip")
         self._made = name, result
-        self._status.content = f"`{name}`, {len(result) / 1e6:.1f} MB, is ready."
+        self._tell_made()
         self._offer.visible = True
+
+    def _tell_made(self) -> None:
+        """Say which file is ready, and whether the design has changed since it was asked for."""
+        if self._made is None or self._job is not None:
+            return
+        name, content = self._made
+        ready = f"`{name}`, {len(content) / 1e6:.1f} MB, is ready"
+        is_present = self._page.design == self._design
+        told = f"{ready}." if is_present else f"{ready}, **of the design before its last change**: make them again."
+        if self._status.content != told:
+            self._status.content = told
 
     def _send(self) -> None:
         if self._made is not None:

@@ -29,8 +29,8 @@ CABLE = (150, 30, 240)
 """Colour of the cables: violet, apart from all lines and parts in any colour vision, with a contrast of 5 to the light
 ground and of 3 to the dark one."""
 
-RAY, QUAD = (140, 146, 152), (90, 98, 106)
-"""Colours of its rays and of its sections."""
+RAY, QUAD = (102, 108, 114), (90, 98, 106)
+"""Colours of its rays, apart from the legend's other lines in any colour vision, and of its sections."""
 
 _LINES = {
     "outer": OUTER, "backbone": BACKBONE, "inner": INNER, "tangent": TANGENT, "smallest": OBJECT, "rays": RAY,

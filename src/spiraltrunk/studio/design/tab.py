@@ -6,9 +6,9 @@ import threading
 from typing import Any, cast, final
 
 from spiraltrunk.design import TrunkDesign, format_design
-from spiraltrunk.design.schema import as_typed
 from spiraltrunk.design.toml import parse_design
 from spiraltrunk.errors import DesignError
+from spiraltrunk.studio.design.fields import as_labelled, describe_lost
 from spiraltrunk.studio.design.figures import find_gap, format_figures, format_legend, format_warnings
 from spiraltrunk.studio.design.files import DesignFiles, rename
 from spiraltrunk.studio.design.make_options import PAGE_OPTIONS
@@ -94,13 +94,16 @@ class DesignTab:
         self._parts.close()
 
     def _change(self, vary: Vary) -> None:
-        """Change the design; a refusal is shown in the units of the controls."""
+        """Change the design; a refusal is shown in labels and units of the controls."""
+        before = self._page.design
         try:
-            design = rename(vary(self._page.design))
+            design = rename(vary(before))
         except DesignError as error:
-            raise as_typed(error) from None
-        if design != self._page.design:
+            raise as_labelled(error) from None
+        if design != before:
             self._page.set_design(design)
+            if lost := describe_lost(before, design):
+                self._page.notice(lost, "warning")
         else:
             self._parameters.show(design)
 

@@ -7,16 +7,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, final
 
-from spiraltrunk.errors import ModelError, StudioError
+from spiraltrunk.errors import DesignError, ModelError, StudioError
 from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, SOLIDS, ObjectSpec, parse_object
 from spiraltrunk.sim.objects.meshes.mesh_file import AXES, COLLIDES, UNITS
+from spiraltrunk.sim.user_files.regular_file import FILE_MOST
 from spiraltrunk.studio.grasp.jobs import read_upload
 from spiraltrunk.studio.page.buttons import add_upload
 from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.scale import Scale
-from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
 
 BY_MEASURES = "by its measures"
 FROM_FILE = "from a file (STL, OBJ)"
@@ -50,9 +50,18 @@ _FIRST = {
     "tube_mm": 15.0, "neck_mm": 30.0, "mass_g": 250.0,
 }  # fmt: skip
 
+_OPTIONS = {
+    "unit= states it": "Unit states it", "mass_g": "Mass", "collide=hull": "Touched at hull",
+    "; an OBJ is given by obj:path=": ", in a file that ends in .stl",
+    "; an STL is given by stl:path=": ", in a file that ends in .obj",
+}  # fmt: skip
+"""Options of a file in the texts of its reader, and what the page has in their place."""
+
 _HINT = "What is to be grasped; the numbers are widths in mm"
 
-_EMPTY = "No file yet: drop or choose an STL or OBJ file of a closed surface, at most 25 MB."
+_MOST = f"at most {FILE_MOST // 1_000_000} MB"
+
+_EMPTY = f"No file yet: drop or choose an STL or OBJ file of a closed surface, {_MOST}."
 
 
 @final
@@ -92,12 +101,14 @@ class ObjectPicker:
         """Name and shape of the picked object.
 
         Raises:
-            DesignError: for measures that make no solid.
-            ModelError: where the file is missing or not read yet.
+            ModelError: for measures that make no solid, and where the file is missing or not read yet.
         """
         if self.source.value == BY_MEASURES:
             name = self._format_measures()
-            return name, parse_object(name)
+            try:
+                return name, parse_object(name)
+            except DesignError as error:
+                raise ModelError(_name_controls(str(error))) from None
         if self.source.value != FROM_FILE:
             return self.source.value, parse_object(self.source.value)
         if self._shape is None or self._upload is None:
@@ -115,14 +126,13 @@ class ObjectPicker:
         return f"{self._upload.form}:path=FILE,mass_g={self._mass.value:g}{more}"
 
     def read_settings(self) -> dict[str, Any]:
-        """Settings that come back; a file does not."""
+        """Settings that come back; the content of a file does not."""
         measures = {name: slider.value for name, slider in self._sliders.items()}
         return {"object": self.source.value, "solid": self._solid.value, "measures": measures}
 
     def apply_settings(self, settings: dict[str, Any]) -> None:
         """Take settings of an earlier page."""
-        if settings.get("object") != FROM_FILE:
-            self.source.set(str(settings.get("object")))
+        self.source.set(str(settings.get("object")))
         self._solid.set(str(settings.get("solid")))
         measures = settings.get("measures")
         for name, value in measures.items() if isinstance(measures, dict) else ():
@@ -139,8 +149,8 @@ class ObjectPicker:
 
     def _build_file(self) -> None:
         page, again = self._page, lambda _: self._read_file()
-        hint = "STL or OBJ of one closed surface, at most 25 MB; it stays on this computer"
-        add_upload(page, "Choose a file", self._take_file, hint=hint, most=MOST_UPLOAD, kinds=".stl,.obj")
+        hint = f"STL or OBJ of one closed surface, {_MOST}; it stays on this computer"
+        add_upload(page, "Choose a file", self._take_file, hint=hint, most=FILE_MOST, kinds=".stl,.obj")
         self._notes: Any = page.gui.add_markdown(_EMPTY)
         self._mass = Slider(page, _MEASURES["mass_g"], 250.0, again)
         units = (GUESS, *UNITS)
@@ -211,5 +221,18 @@ class ObjectPicker:
 
 
 def name_upload(text: str, name: str) -> str:
-    """A text in which the file of `read_upload` has the name that the person knows it by."""
-    return re.sub(rf"[^\s']*\bobject\.({'|'.join(FORMS)})\b", lambda _: name, text)
+    """A text in which the file of `read_upload` has the name that the person knows it by, and options their labels."""
+    text = re.sub(rf"[^\s']*\bobject\.({'|'.join(FORMS)})\b", lambda _: name, text)
+    text = re.sub(rf"\b({'|'.join(FORMS)}):path (is|was)\b", r"the file \2", text)
+    for option, label in _OPTIONS.items():
+        text = text.replace(option, label)
+    return text
+
+
+def _name_controls(text: str) -> str:
+    """A text in which the measures of `parse_object` have the labels of their controls."""
+    return re.sub(r"\bobject\.(\w+)", lambda found: _label(found[1]), text)
+
+
+def _label(measure: str) -> str:
+    return _MEASURES[measure].text if measure in _MEASURES else measure

@@ -61,6 +61,8 @@ class RunPanel:
         self._page, self._view, self._read, self._on_result = page, view, read, on_result
         self._job: Job | None = None
         self._request: GraspRequest | None = None
+        self.n_started = 0
+        """Grasps that were started [-]."""
         self._meshes: ModelMeshes | None = None
         self._parts: list[Frames] = []
         self._frames: Frames | None = None
@@ -100,6 +102,7 @@ class RunPanel:
         if self._job is not None:
             return
         request = self._request = self._read()
+        self.n_started += 1
         self.clear()
         self.hide_note()
         self._state.content = "Starting the simulation; the first one on a computer compiles for up to a minute ..."
@@ -198,6 +201,8 @@ class RunPanel:
         self._run.visible, self._stop.visible, self._bar.visible = True, False, False
         if self._parts:
             self._open_timeline(join_frames(self._parts))
+        else:
+            self._state.content = START
         self._parts = []
         if result is None:
             self._show_end(request, reason)
@@ -214,8 +219,6 @@ class RunPanel:
         self._table.content, self._table_folder.visible = format_figures(result), bool(self._frames)
 
     def _show_end(self, request: GraspRequest, reason: str | None) -> None:
-        if self._frames is None:
-            self._state.content = START
         if reason == STOPPED:
             rest = "" if self._frames is None else " The frames so far are in the timeline."
             self._result.content = f"{_head(request)} **Stopped.**{rest}"

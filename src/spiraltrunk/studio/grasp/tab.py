@@ -19,12 +19,14 @@ from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.run_panel import RunPanel
 from spiraltrunk.studio.grasp.save_panel import SavePanel
 from spiraltrunk.studio.grasp.stage_view import CAMERA, FIELD, LOOK_AT, StageView
-from spiraltrunk.studio.grasp.texts import RANKING, describe_choice, format_ranking
+from spiraltrunk.studio.grasp.texts import NO_OBJECT, RANKING, describe_choice, format_ranking
+from spiraltrunk.studio.page.buttons import add_button
 from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.scale import Scale
+from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
 from spiraltrunk.workflows.grasp.choice.candidates import STAGES, Candidate
 from spiraltrunk.workflows.grasp.recording import Recording
@@ -63,6 +65,7 @@ class GraspTab:
         self._camera = TabCamera(page, np.array(CAMERA), np.array(LOOK_AT), field=FIELD)
         self._asked: tuple[Any, ...] = ()
         self._done: KeptGrasp | None = None
+        self._last: KeptGrasp | None = None
         self._is_restored = False
 
     @property
@@ -86,6 +89,8 @@ class GraspTab:
             self._friction = Slider(page, _FRICTION, page.design.cable.friction, lambda _: self._change())
             self._seed = Slider(page, _SEED, 0.0, lambda _: self._change())
         self._run = RunPanel(page, self._view, self._read, self._offer)
+        hint = "What was picked since stays as it is"
+        self._back: Any = add_button(page, "Last grasp", self._show_last, hint=hint, visible=False, color=GRAY)
         self._save = SavePanel(page)
         page.on_design(self._take_design)
         page.on_dark(self._view.set_dark)
@@ -180,21 +185,46 @@ class GraspTab:
         try:
             request = self._read()
         except SpiralTrunkError as error:
-            self._told.content = escape_markdown(str(error))
+            self._candidates, self._asked = (), ()
+            self._told.content, self._ranking.content = escape_markdown(str(error)), NO_OBJECT
             return
         asked = request.design, request.name, request.shape.mass, request.stage
         if asked != self._asked:  # Another strategy or seed changes no ranking.
             self._candidates, self._asked = (), asked
             self._told.content = self._ranking.content = RANKING
-        self._preparing = self._page.start(prepare, request, on_report=self._take_scene, on_end=self._take_ranking)
+        n_started = self._run.n_started
+        self._preparing = self._page.start(
+            prepare, request, on_report=lambda scene: self._take_scene(scene, request, n_started),
+            on_end=self._take_ranking,
+        )  # fmt: skip
 
-    def _take_scene(self, scene: Scene) -> None:
+    def _take_scene(self, scene: Scene, request: GraspRequest, n_started: int) -> None:
+        """Show a scene, unless its grasp is in view already, or one was started since ``n_started`` had been."""
         if self._is_restored:  # The grasp of before the reload stays in view.
             self._is_restored = False
-        elif not self._run.is_running and not self._is_stale:
+        elif self._done is not None and self._done.request == request:
+            pass
+        elif self._run.n_started == n_started and not (self._run.is_running or self._is_stale):
+            if self._done is not None:
+                self._set_last(self._done)
             self._done = None
             self._save.clear()
             self._run.show_scene(scene)
+
+    def _set_last(self, last: KeptGrasp | None) -> None:
+        """Offer to show a grasp again that another choice took out of view; None offers nothing."""
+        self._last = last
+        if last is not None:
+            self._back.label = f"Show again: {last.request.title}"
+        self._back.visible = last is not None
+
+    def _show_last(self) -> None:
+        """Show the grasp that another choice took out of view."""
+        if self._last is not None and not self._run.is_running:
+            self._done, last = self._last, self._last
+            self._set_last(None)
+            self._run.open(last)
+            self._save.offer(last)
 
     def _take_ranking(self, candidates: tuple[Candidate, ...] | None, reason: str | None) -> None:
         self._preparing = None
@@ -218,6 +248,7 @@ class GraspTab:
             name=secrets.token_hex(8), request=request, recording=recording, result=result,
             command=self._format_command(request),
         )  # fmt: skip
+        self._set_last(None)
         self._save.offer(self._done)
 
     def _format_command(self, request: GraspRequest) -> str:

@@ -17,6 +17,8 @@ _CHANCE = "Chance: the rate of success measured in simulation, times a factor fo
 
 RANKING = "Asking the models which strategy can take the object ..."
 
+NO_OBJECT = "Nothing is asked of the models before there is an object."
+
 
 def describe_choice(strategy: str, candidates: Sequence[Candidate]) -> str:
     """What the models predict for the picked strategy, in a line or two."""
@@ -88,7 +90,8 @@ def describe_result(result: dict[str, Any]) -> str:
         result: as `compute_result` gives it.
     """
     if result.get("attempts") == []:
-        return f"**No strategy can take it.** {escape_markdown(result['reason'])}"
+        reason = result["reason"].removeprefix("no strategy can take it: ")
+        return f"**No strategy can take it:** {escape_markdown(reason)}"
     head = "**Success.**" if result["success"] else f"**Failed:** {escape_markdown(result['reason'])}."
     if result["cause"] is not None:
         head += f" Cause: **{result['cause']}** at {result['cause_time_s']:.1f} s."

@@ -101,7 +101,8 @@ class MeasureTab:
         hint = "Run of the packaged protocol that the virtual session has two takes of"
         runs = tuple(jobs.list_virtual_runs())
         self._virtual = Choice(page, "Virtual run", runs, runs[0], lambda _: None, hint=hint)
-        add_button(page, "Record a virtual session", self._record_virtual, hint="A printed trunk by simulated cameras")
+        hint = "A printed trunk by simulated cameras; it replaces all takes"
+        add_button(page, "Record a virtual session", self._record_virtual, hint=hint)
         hint = "Run of the protocol that the next upload is a take of"
         self._run = Choice(page, "Upload as", self._list_runs(), _BY_NAME, lambda _: None, hint=hint)
         hint = "A take that Motive exported"
@@ -120,7 +121,7 @@ class MeasureTab:
     def _build_model(self) -> None:
         page = self._page
         hint = "reference: the paper's forward model; statics: equilibrium of joints, weight and cables"
-        self._model = Choice(page, "Model", MODELS, MODELS[0], lambda _: self._compare(), hint=hint)
+        self._model = Choice(page, "Compared model", MODELS, MODELS[0], lambda _: self._compare(), hint=hint)
         hint = "Registration: by the rigid body at the base, one motion a take (run), or one a shape, which hides most"
         self._alignment = Choice(page, "Alignment", KINDS, "run", lambda _: self._compare(), hint=hint)
         add_button(page, "Download the report", self._download_report, hint="Page, figures and tables as a ZIP file")
@@ -224,7 +225,7 @@ class MeasureTab:
         self._page.tell_failure(reason, TOPIC)
 
     def _refuse(self, reason: str) -> None:
-        """Show the reason, and remove the take that cannot be read."""
+        """Show the reason, and remove the take that cannot be read; the others are compared without it."""
         guilty = [take for take in self._takes.takes if take.file in reason]
         told = self._takes.name_files(reason)
         self._runner.say(texts.format_failed(told))
@@ -233,6 +234,9 @@ class MeasureTab:
         if len(guilty) == 1 and guilty[0].file.startswith(str(self._takes.folder / "upload")):
             self._takes.remove(guilty[0])
             self._show_takes()
+            if self._takes.takes:  # What was there before is compared without it; the notice stays.
+                self._compare()
+                return
         self._drop_view()
 
     def _draw(self, found: tuple[tuple[RunOverlay, ...], dict[str, Any]]) -> None:

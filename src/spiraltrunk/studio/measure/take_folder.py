@@ -79,12 +79,19 @@ class TakeFolder:
         runs = [one.name for one in self.protocol.runs]
         chosen = guess_run(self.protocol, name) if run is None else run
         if chosen not in runs:
-            raise TakeError(f"{name!r} begins with no run's name; choose its run: {', '.join(runs)}")
+            allowed = f"{', '.join(runs)}{self._tell_protocol()}"
+            raise TakeError(f"{name!r} begins with no run's name; choose its run: {allowed}")
         file = self.next_file(ending)
         file.write_bytes(content)
         take = StoredTake(run=chosen, file=str(file), name=name)
         self.takes.append(take)
         return take
+
+    def _tell_protocol(self) -> str:
+        """How to come back to the packaged protocol, where another holds."""
+        if self.protocol_file == PACKAGED:
+            return ""
+        return "; Session, Remove all takes brings back the runs of the packaged protocol"
 
     def remove(self, take: StoredTake) -> None:
         """Forget a recording."""

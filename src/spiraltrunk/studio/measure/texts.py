@@ -58,7 +58,7 @@ def format_moment(run: RunOverlay, take: int, moment: int, result: dict[str, Any
     state = "held" if one.is_held[moment] else "moving, nearest shape shown"
     lines = [
         f"<b>{escape(run.name)}, {escape(result['model'])}: mean RMSE {1e3 * deviation.mean_rmse:.1f} mm</b>, largest "
-        f"distance {1e3 * deviation.max_deviation:.1f} mm",
+        f"distance {1e3 * deviation.max_deviation:.1f} mm, of the shapes averaged over their takes",
         f"Shape {shape + 1} of {len(run.labels)}: {escape(run.labels[shape])} ({state})",
         f"Gaps at this moment: {_list_sections(gaps)}",
     ]  # fmt: skip

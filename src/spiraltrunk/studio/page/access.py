@@ -23,7 +23,8 @@ if (!document.getElementById("spiraltrunk-access")) {
     body { position: fixed; inset: 0; overflow: clip; }
     .mantine-Notifications-root { max-height: calc(100% - 2em); overflow-y: auto; }
     .mantine-ScrollArea-content { box-sizing: border-box; padding-right: 5px; }
-    [data-folder]:focus-visible, [role=slider]:focus-visible { outline: 3px solid #56B4E9; outline-offset: 2px; }`;
+    [data-folder]:focus-visible, [role=slider]:focus-visible, input:focus-visible {
+      outline: 3px solid #56B4E9; outline-offset: 2px; }`;
   document.head.append(style);
   const read = () => {
     try { return JSON.parse(sessionStorage.getItem("spiraltrunk-folders")) || {}; } catch (error) { return {}; }
@@ -78,6 +79,8 @@ if (!document.getElementById("spiraltrunk-access")) {
         one.setAttribute("aria-label", name);
     for (const one of document.querySelectorAll(".mantine-Notification-closeButton"))
       one.setAttribute("aria-label", "Close the notice");
+    for (const one of document.querySelectorAll(".mantine-Notification-root"))
+      if (one.textContent.endsWith("File uploaded successfully.")) one.style.display = "none";
   };
   document.body.addEventListener("keydown", (event) => {
     if (event.code.startsWith("Arrow") && event.target.closest("[role=slider], [role=tab]")) event.stopPropagation();
@@ -116,7 +119,8 @@ another tab or a reload; sliders, boxes and viser's icons have a name; labels, e
 have a contrast of 5 and more to the ground (viser's: 3.0 and more). A plot is laid out without a width first, and loses
 an axis where data arrive before it has one: its axes are computed again. The keys of tabs and commands also hold where
 a box has the focus, which viser leaves to it; the arrow keys of a slider or a tab do not turn the scene. The page does
-not scroll, however many notices stand on it, and the scroll bar of the panel covers none of its controls."""
+not scroll, however many notices stand on it, and the scroll bar of the panel covers none of its controls. Viser tells
+that a file has arrived, and again whenever its button is shown anew; whether it was taken is told by our notices."""
 
 _ICONS = {
     "tabler-icon-list-search": "Commands (Ctrl+K)", "tabler-icon-adjustments": "Connection, view and scene tree",

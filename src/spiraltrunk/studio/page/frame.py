@@ -18,7 +18,7 @@ from spiraltrunk.studio.page.tab import Tab
 from spiraltrunk.studio.page.theme import BRAND, set_theme
 
 _MARK = """
-const shown = {title}, titles = {titles};
+const shown = {title}, hints = {hints}, titles = Object.keys(hints);
 if (!document.getElementById("spiraltrunk-style")) {{
   const style = document.createElement("style");
   style.id = "spiraltrunk-style";
@@ -30,6 +30,7 @@ const mark = (tries) => {{
   for (const one of buttons) {{
     one.dataset.shown = one.textContent === shown;
     one.setAttribute("aria-pressed", one.textContent === shown);
+    one.title = hints[one.textContent];
   }}
   let part = buttons[0];
   while (part && part.previousElementSibling?.textContent !== "") part = part.parentElement;
@@ -38,7 +39,17 @@ const mark = (tries) => {{
 }};
 mark(30);
 """
-"""Viser's row of buttons does not show which was pressed last, and leaves room for a label: the page mends both."""
+"""Viser's row of buttons does not show which was pressed last, leaves room for a label, and has one hint for all, which
+hides the page's title: the page mends that."""
+
+HINTS = {
+    "Design": "Parameters of a trunk, what it can grasp, its parts to print",
+    "Shape": "Pull the cables: shape, joint angles and tensions by both models",
+    "Grasp": "Simulate how trunk and arm take an object",
+    "Measure": "Compare motion capture with the models, and calibrate",
+    "Robot": "Drive the twin or the robot: home, enable, jog, stop",
+}
+"""What each tab is for, by its title."""
 
 _LATER = 0.7
 """Time after which the tabs that are not shown are built [s]: before, they would delay the one that is."""
@@ -67,11 +78,7 @@ class Frame:
         self._shown = ""
         self._lay_out()
         tabs = [kind(page) for kind in kinds]
-        bar = page.gui.add_button_group(
-            "",
-            tuple(tab.title for tab in tabs),
-            hint="Alt+1 to 5",
-        )
+        bar = page.gui.add_button_group("", tuple(tab.title for tab in tabs))
         bar.on_click(lambda _: page.later("tab", lambda: self.show(str(bar.value))))
         for tab in tabs:
             self._add(tab)
@@ -168,5 +175,6 @@ class Frame:
 
     def _mark(self) -> None:
         color = "rgb({}, {}, {})".format(*BRAND)
-        titles = json.dumps(list(self._tabs))
-        run_script(self._page.client, _MARK.format(title=json.dumps(self._shown), titles=titles, color=color))
+        hints = {title: f"{HINTS.get(title, title)} (Alt+{i})" for i, title in enumerate(self._tabs, 1)}
+        script = _MARK.format(title=json.dumps(self._shown), hints=json.dumps(hints), color=color)
+        run_script(self._page.client, script)

@@ -148,7 +148,7 @@ def format_closed(state: RobotState, *, is_mine: bool) -> str:
         return _wrap("Take control to run a strategy.")
     return _wrap(
         {
-            Mode.FAULT: "Clear the fault to run a strategy.",
+            Mode.FAULT: f"Clear the {'stop' if is_stop(state) else 'fault'} to run a strategy.",
             Mode.ARMED: "Disable the robot to run a strategy: it gets a twin of its own.",
         }.get(mode, "Wait until the robot is safe.")
     )
