@@ -111,7 +111,8 @@ def _title_poses(group: list[int], pose: StablePose) -> str:
     share = f"{100 * pose.probability:.1f} %"
     named = f"pose {group[0]}: {share}"
     if len(group) > 1:
-        named = f"poses {', '.join(map(str, group))}: {share} each"
+        listed = f"{group[0]} to {group[-1]}" if len(group) > 3 else ", ".join(map(str, group))
+        named = f"poses {listed}: {share} each"
     return f"{named}\n{1e3 * pose.height:.0f} mm tall\n{falls}"
 
 

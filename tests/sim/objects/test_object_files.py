@@ -5,6 +5,7 @@ import math
 import os
 import pickle
 import re
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, MissingPackage, SpiralTrunkError, UnknownName
 from spiraltrunk.sim.objects.catalogue import add_object, load_mjcf, load_stl, parse_object, scaled
+from spiraltrunk.sim.objects.description import describe_object
 from spiraltrunk.sim.objects.meshes import mesh_file
 from spiraltrunk.sim.objects.meshes.surface import winding_numbers
 
@@ -242,6 +244,13 @@ def cracked():
     return trimesh.Trimesh(corners, np.arange(36).reshape(-1, 3), process=False)
 
 
+def uncovered():
+    """A box without one of its faces, two triangles."""
+    mesh = trimesh.creation.box(extents=BOX)
+    mesh.update_faces(mesh.face_normals[:, 2] < 0.5)
+    return mesh
+
+
 def pricked():
     """A finely meshed L-prism that lacks one small triangle."""
     mesh = l_prism()
@@ -262,7 +271,12 @@ REPAIRED = {
     "cracked": (cracked, BOX, "it is repaired, which changes its volume by less than 0.1 %"),
     "slivers": (with_slivers, BOX, "it is repaired, which changes its volume by less than 0.1 %"),
     "pricked": (pricked, (60, 40, 20), "the surface is open or cut at 3 edges: it is repaired"),
-    "open": (opened, BOX, "open or cut at 3 edges: its convex hull is taken, 0.0 % larger than its estimated volume"),
+    "without a triangle": (opened, BOX, "the surface is open or cut at 3 edges: it is repaired"),
+    "open": (
+        uncovered,
+        BOX,
+        "open or cut at 4 edges: its convex hull is taken, 0.0 % larger than its estimated volume",
+    ),
     "overlap": (lambda: apart(30.0), (240, 50, 120), "the surface is 2 closed bodies that overlap: they are united"),
     "touching faces": (lambda: apart(90.0), (240, 50, 180), f"open or cut at 4 edges: .*, 0.0 % larger|{UNITED}"),
 }
@@ -281,6 +295,63 @@ def test_a_surface_with_faults_is_repaired_or_replaced_by_its_hull(tmp_path, nam
     mass_of_box = np.diag(np.square(shape.size).sum() - np.square(shape.size)) / 12
     if name != "pricked":
         np.testing.assert_allclose(shape.inertia(), 0.1 * mass_of_box, rtol=2e-3, atol=1e-8)
+
+
+def test_many_holes_of_one_triangle_each_are_filled(put):
+    cup = trimesh.creation.annulus(r_min=37.0, r_max=40.0, height=90.0, sections=64)
+    for _ in range(2):
+        cup = cup.subdivide()
+    whole, count = load_stl(put(cup), unit="mm", mass=0.1), len(cup.faces)
+    cup.update_faces(~np.isin(np.arange(count), np.arange(0, count, count // 24)))
+    shape = load_stl(put(cup), unit="mm", mass=0.1)
+    assert "it is repaired" in shape.warning
+    np.testing.assert_allclose(shape.inertia(), whole.inertia(), rtol=1e-3, atol=1e-9)
+
+
+def test_a_cloud_of_triangles_is_refused_soon(put):
+    """Once each piece was taken alone, which took minutes for thousands of them."""
+    corners = np.random.default_rng(0).uniform(-40.0, 40.0, (2000, 1, 3))
+    corners = (corners + np.random.default_rng(1).uniform(-8.0, 8.0, (2000, 3, 3))).reshape(-1, 3)
+    cloud = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    with pytest.raises(DesignError, match="in 2000 pieces; allowed: one surface, or up to 200 pieces"):
+        load_stl(put(cloud), unit="mm", mass=0.1)
+
+
+def mug(tilt=0.0):
+    """A mug 95 mm tall whose handle makes it 108 mm long, tilted by some degrees."""
+    body = trimesh.creation.cylinder(40.0, 95.0, sections=48)
+    ring = trimesh.creation.annulus(18.0, 24.0, 10.0, sections=32)
+    ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    ring.apply_translation((44.0, 0.0, 0.0))
+    whole = trimesh.boolean.union([body, ring], engine="manifold")
+    whole.apply_transform(trimesh.transformations.rotation_matrix(np.radians(tilt), (1.0, 0.0, 0.0)))
+    return whole
+
+
+@pytest.mark.parametrize("tilt", [2.0, 8.0])
+def test_a_thing_that_leans_in_its_file_is_turned_to_rest(put, tilt):
+    shape = load_stl(put(mug(tilt)), unit="mm", mass=0.3)
+    about = describe_object(shape)
+    assert about.shape.size[2] == pytest.approx(0.095, rel=1e-3)
+    assert about.pose is not None
+    assert about.profile.topple_angle > np.radians(30.0)
+    assert f"it rests turned by {tilt:.0f} deg" in shape.warning
+    assert "turned" not in load_stl(put(mug()), unit="mm", mass=0.3).warning
+
+
+def test_upright_and_lying_of_a_mug_that_is_longer_than_tall(put):
+    file = put(mug())
+    for pose, height in (("upright", 0.095), ("lying", 0.080)):
+        shape = parse_object(f"stl:path={file},unit=mm,mass_g=300,pose={pose}")
+        assert describe_object(shape).shape.size[2] == pytest.approx(height, rel=1e-3)
+
+
+def test_what_rolls_in_its_file_is_stood_up_and_told(put):
+    rod = trimesh.creation.cylinder(15.0, 100.0, sections=48)
+    rod.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, (0.0, 1.0, 0.0)))
+    shape = load_stl(put(rod), unit="mm", mass=0.1)
+    assert describe_object(shape).shape.size[2] == pytest.approx(0.1)
+    assert "it would not stay as it is in the file: it rests turned by 90 deg" in shape.warning
 
 
 def test_a_repaired_surface_keeps_its_hollows(put):
@@ -471,7 +542,10 @@ BAD_BYTES = {
     "empty": (b"", "allowed: a file that exists.*of 1 byte to 20 MB; it is empty"),
     "text": (b"hello, this is not a mesh at all", "no STL that can be read.*; an OBJ is given by obj:path="),
     "no triangles": (b"solid nothing\nendsolid nothing\n", "no STL that can be read|of 0 triangles"),
-    "cut short": (b"x" * 80 + (1000).to_bytes(4, "little") + b"y" * 500, "no STL that can be read"),
+    "cut short": (
+        b"x" * 80 + (1000).to_bytes(4, "little") + b"y" * 500,
+        "cut off: it states 1000 triangles and holds 10",
+    ),
     "a count beyond the file": (b"x" * 80 + (2**32 - 1).to_bytes(4, "little"), "no STL that can be read"),
     "too big": (b"x" * 20_000_001, "allowed: a file that exists.*; it is larger than 20 MB"),
 }
@@ -678,7 +752,7 @@ def one_body(inner):
          "of 2 bodies on the world"),
         (one_body("<joint/><geom size='.03'/>"), "of 1 joints that bend or slide; allowed: one rigid body"),
         (one_body("<geom size='.03'/><body><joint/><geom size='.03'/></body>"), "of 1 joints"),
-        (one_body("<geom size='.001'/>"), r"object\.length is 0.002"),
+        (one_body("<geom size='.001'/>"), "of 2 x 2 x 2 mm; allowed: 5 mm to below 1 m"),
         (one_body("<geom size='.03' density='1e9'/>"), r"object\.mass"),
         (one_body("<geom size='.03' contype='0' conaffinity='0'/>"), "without a geom that collides"),
         (one_body("<geom size='.03' mass='0'/>"), "of 0 g; allowed: some mass|MuJoCo"),
@@ -732,3 +806,57 @@ def test_a_pipe_is_no_file(tmp_path):
     for text in (f"stl:path={tmp_path}/object.stl,unit=mm,mass_g=100", f"mjcf:path={tmp_path}/object.stl"):
         with pytest.raises(DesignError, match=r"of 1 byte to 20 MB; it is a pipe, a socket"):
             parse_object(text)
+
+
+CUP = """<mujoco><asset><mesh name="cup" file="cup.stl" scale="{scale}"/></asset>
+<worldbody><body><freejoint/><geom type="mesh" mesh="cup" density="800"{more}/></body></worldbody></mujoco>"""
+
+
+def put_cup(folder, scale="0.001 0.001 0.001", more=""):
+    cup = trimesh.creation.annulus(r_min=37.0, r_max=40.0, height=90.0, sections=64)
+    handle = trimesh.creation.box(extents=(26.0, 8.0, 50.0))
+    handle.apply_translation((51.0, 0.0, 10.0))
+    trimesh.boolean.union([cup, handle], engine="manifold").export(folder / "cup.stl")
+    (folder / "cup.xml").write_text(CUP.format(scale=scale, more=more))
+    return str(folder / "cup.xml")
+
+
+def test_a_hollow_mesh_of_an_mjcf_has_its_own_centre_and_is_told_to_be_filled(tmp_path):
+    shape = load_mjcf(put_cup(tmp_path))
+    alone = load_stl(str(tmp_path / "cup.stl"), unit="mm", mass=shape.mass)
+    assert shape.solid.excess == pytest.approx(alone.solid.excess, rel=1e-3)
+    assert "hollows are filled" in shape.warning
+    assert "collide=parts" not in shape.warning
+    np.testing.assert_allclose(np.sort(shape.center()), np.sort(alone.center()), atol=1e-5)
+    np.testing.assert_allclose(np.sort(np.diag(shape.inertia())), np.sort(np.diag(alone.inertia())), rtol=1e-3)
+
+
+def test_an_mjcf_of_hidden_geoms_alone_is_described(tmp_path):
+    about = describe_object(load_mjcf(put_cup(tmp_path, more=' group="3"')))
+    assert about.volume > 0
+    assert len(about.triangles) > 100
+
+
+def test_a_mesh_in_mm_of_an_mjcf_is_refused_with_its_size(tmp_path):
+    with pytest.raises(DesignError, match=r"of 1.04e\+05 x 8e\+04 x 9e\+04 mm; allowed: 5 mm .* scale="):
+        load_mjcf(put_cup(tmp_path, scale="1 1 1"))
+
+
+def test_a_centre_of_mass_above_the_body_is_refused(tmp_path):
+    file = tmp_path / "top.xml"
+    file.write_text(
+        '<mujoco><worldbody><body><freejoint/><inertial pos="0 0 0.12" mass="0.3" diaginertia="1e-3 1e-3 1e-4"/>'
+        '<geom type="cylinder" size="0.03 0.09"/></body></worldbody></mujoco>'
+    )
+    with pytest.raises(DesignError, match="a centre of mass in its geoms"):
+        load_mjcf(str(file))
+
+
+def test_a_binary_stl_that_is_cut_off_says_so_and_what_follows_it_is_left_out(put):
+    file = put(trimesh.creation.box(extents=BOX))
+    content = Path(file).read_bytes()
+    Path(file).write_bytes(content[:-70])
+    with pytest.raises(DesignError, match="cut off: it states 12 triangles and holds 10"):
+        load_stl(file, unit="mm", mass=0.1)
+    Path(file).write_bytes(content + b"made by a scanner")
+    assert sorted(load_stl(file, unit="mm", mass=0.1).size) == pytest.approx(sorted(np.array(BOX) / 1e3))

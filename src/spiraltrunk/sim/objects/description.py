@@ -43,8 +43,10 @@ class Description:
         """Place of the stable pose in which it rests; None where it would not stay so."""
         poses, center = self.profile.stable_poses, self.profile.center_height
         for i, pose in enumerate(poses):
-            rolls = pose.topple_angle == 0.0 and abs(pose.center_height / center - 1) < HEIGHTS_EQUAL
-            if pose.rotation[2, 2] > SAME or (rolls and self.profile.topple_angle == 0.0):
+            rolls = pose.topple_angle == self.profile.topple_angle == 0.0
+            is_alike = (pose.topple_angle == 0.0) == (self.profile.topple_angle == 0.0)
+            is_level = rolls and abs(pose.center_height / center - 1) < HEIGHTS_EQUAL
+            if (is_alike and pose.rotation[2, 2] > SAME) or is_level:
                 return i
         return None
 
@@ -76,7 +78,7 @@ def compute_volume(shape: ObjectSpec) -> float:
     if shape.loaded is None:
         box, circle = length * width * height, math.pi * radius**2 * length
         return {"box": box, "cylinder": circle, "cone": circle / 3, "sphere": 2 / 3 * circle}[shape.kind]
-    return sum(_geom_volume(geom) for geom in shape.solid.geoms if geom.group != HIDDEN)
+    return sum(_geom_volume(geom) for geom in _list_drawn(shape.solid))
 
 
 def _geom_volume(geom: Geom) -> float:
@@ -96,8 +98,12 @@ def _geom_volume(geom: Geom) -> float:
 
 def build_triangles(solid: Solid) -> np.ndarray:
     """Triangles of all drawn geoms, counter-clockwise from outside, shape (n, 3, 3) [m]."""
-    drawn = [geom for geom in solid.geoms if geom.group != HIDDEN]
-    return np.vstack([_geom_triangles(geom) for geom in drawn or solid.geoms])
+    return np.vstack([_geom_triangles(geom) for geom in _list_drawn(solid)])
+
+
+def _list_drawn(solid: Solid) -> tuple[Geom, ...]:
+    """Geoms that are drawn; all of a solid whose geoms are all hidden, as in an MJCF file with group 3 alone."""
+    return tuple(geom for geom in solid.geoms if geom.group != HIDDEN) or solid.geoms
 
 
 def _geom_triangles(geom: Geom) -> np.ndarray:

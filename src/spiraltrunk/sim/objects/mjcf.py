@@ -7,13 +7,15 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.mujoco_log import compile_spec
 from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid, axis_rotation
 from spiraltrunk.sim.objects.meshes.mesh_file import AXES, FACES_MOST
+from spiraltrunk.sim.objects.meshes.surface import VOLUME_LEAST
 from spiraltrunk.sim.objects.presentation import settle
-from spiraltrunk.sim.objects.spec import ObjectSpec, check_builds
+from spiraltrunk.sim.objects.spec import EXTENTS, ObjectSpec, check_builds
 from spiraltrunk.sim.user_files.compile_check import load_mjcf_spec
 from spiraltrunk.sim.user_files.regular_file import read_file, refusal
 
@@ -36,25 +38,41 @@ def load_mjcf(path: str, *, axis: str = "longest", mass: float | None = None) ->
     if axis not in AXES:
         raise UnknownName("axis", axis, AXES)
     what = f"the file {Path(path).name!r}"
-    model = compile_spec(load_mjcf_spec(read_file(path, "mjcf:path"), Path(path), what))
+    model = _compile(load_mjcf_spec(read_file(path, "mjcf:path"), Path(path), what))
     _check_body(model, what)
     data = _at_origin(model)
     geoms = tuple(_geom(model, data, g, what) for g in range(model.ngeom) if model.geom_bodyid[g] > 0)
-    is_colliding = any(geom.collides for geom in geoms)
-    if not is_colliding or sum(0 if geom.faces is None else len(geom.faces) for geom in geoms) > FACES_MOST:
-        raise refusal(what, "without a geom that collides, or too fine", f"a geom, {FACES_MOST} triangles")
+    if not any(geom.collides for geom in geoms):
+        raise refusal(what, "without a geom that collides", "at least one, its contype or conaffinity not 0")
+    if (count := sum(0 if geom.faces is None else len(geom.faces) for geom in geoms)) > FACES_MOST:
+        raise refusal(what, f"of {count} triangles", f"up to {FACES_MOST}; a coarser export has fewer")
     stated = float(model.body_subtreemass[1])
     if not stated > 0:
         raise refusal(what, f"of {1e3 * stated:g} g", "some mass: give it a density or an inertial")
     xx, yy, zz, xy, xz, yz = data.crb[1, :6] / stated  # About the centre of mass, along the world's axes.
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    solid = Solid(geoms=geoms, centroid=data.subtree_com[1].copy(), inertia=inertia)
+    solid = Solid(geoms=geoms, centroid=data.subtree_com[1].copy(), inertia=inertia, excess=_find_excess(geoms))
+    _check_extents(solid, what)
     up = axis_rotation(axis, solid.extents())[:, 2]
     solid = solid.aligned(axis)
     _check_inertia(solid, what)
     shape = ObjectSpec(kind="mjcf", size=solid.extents(), mass=stated if mass is None else mass, loaded=solid)
     shape = check_builds(shape, path)
     return settle(shape, up) if axis == "longest" else shape
+
+
+def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """The model with the exact mass distribution of closed meshes; else MuJoCo's default, right for convex ones."""
+    stated = [mesh.inertia for mesh in spec.meshes]
+    for mesh in spec.meshes:
+        if mesh.inertia == mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
+    try:
+        return compile_spec(spec)
+    except ValueError:  # A surface that is not closed, or partly inside out.
+        for mesh, kind in zip(spec.meshes, stated, strict=True):
+            mesh.inertia = kind
+        return compile_spec(spec)
 
 
 def _check_body(model: mujoco.MjModel, what: str) -> None:
@@ -70,10 +88,34 @@ def _check_body(model: mujoco.MjModel, what: str) -> None:
         raise refusal(what, f"of {model.ngeom} geoms", f"at most {GEOMS_MOST}")
 
 
+def _check_extents(solid: Solid, what: str) -> None:
+    extents = solid.extents()
+    if not all(EXTENTS.holds(extent) for extent in extents):
+        measures = " x ".join(f"{1e3 * extent:.4g}" for extent in extents)
+        allowed = '5 mm to below 1 m each way; of a mesh in mm, scale="0.001 0.001 0.001" makes m'
+        raise refusal(what, f"of {measures} mm", allowed)
+
+
+def _find_excess(geoms: tuple[Geom, ...]) -> float:
+    """Excess of the convex hulls of colliding meshes over their own volumes, by the volumes of all such geoms [-]."""
+    found = [_measure_mesh(geom) for geom in geoms if geom.collides and geom.vertices is not None]
+    own, hull = (sum(each[i] for each in found) for i in (0, 1))
+    return hull / own - 1 if own > VOLUME_LEAST * hull else 0.0
+
+
+def _measure_mesh(geom: Geom) -> tuple[float, float]:
+    """Volume of a mesh, and of its convex hull [m^3]."""
+    assert geom.vertices is not None
+    assert geom.faces is not None
+    corners = geom.vertices[geom.faces]
+    volume = abs(float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))) / 6
+    return volume, float(ConvexHull(geom.vertices).volume)
+
+
 def _check_inertia(solid: Solid, what: str) -> None:
     """Refuse a mass that does not lie in or about the geoms, or spreads farther than they do."""
     size = np.array(solid.extents())
-    if (np.abs(solid.centroid) > size).any():
+    if (np.abs(solid.centroid) > size / 2).any():
         away = float(np.linalg.norm(solid.centroid))
         raise refusal(
             what, f"one with its centre of mass {away:.3g} m from its middle", "a centre of mass in its geoms"

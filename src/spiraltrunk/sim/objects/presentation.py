@@ -12,9 +12,9 @@ from scipy.spatial import ConvexHull
 
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.geoms import Solid, compute_bounds
-from spiraltrunk.sim.objects.profile import UPRIGHT
+from spiraltrunk.sim.objects.profile import UPRIGHT, compute_stability, foot_directions
 from spiraltrunk.sim.objects.spec import ObjectSpec
-from spiraltrunk.sim.objects.stable_poses import compute_stable_poses
+from spiraltrunk.sim.objects.stable_poses import compute_stable_poses, rotate_up
 from spiraltrunk.sim.objects.tessellation import hull_of_geom
 
 POSES = ("upright", "lying")
@@ -29,6 +29,10 @@ UPRIGHT_COS = 0.985
 TALL = 0.95
 """Least height of an upright pose over that of the tallest one (ours) [-]."""
 
+TALL_FILE = 0.75
+"""Least height over the longest extent from which an object that rests as in its file stands upright (ours) [-]: that
+of a mug with its handle."""
+
 ROUND = ("cylinder", "cone", "ring", "bottle", "sphere")
 """Kinds of object that are surfaces of revolution about their axis."""
 
@@ -40,6 +44,10 @@ LYING_SHARE = 0.05
 
 LEVEL = 1e-3
 """Largest sine of the angle between an object's axis and the ground at which it counts as level (ours) [-]."""
+
+SLIGHT = 1.5
+"""Largest angle between a pose and that of the file at which nothing is told [deg]: hulls are thinned out for the
+search."""
 
 _UP = np.array([1.0, 0.0, 0.0])
 """The direction of a standing object's frame that is up."""
@@ -95,16 +103,16 @@ def take_pose(shape: ObjectSpec, pose: str) -> ObjectSpec:
         shape: the object.
         pose: "upright", its axis vertical; "lying", its axis horizontal, as it rests most probably, or in its most
             probable pose where it rarely rests so (`LYING_SHARE`); or the place of a stable pose, from 0, the most
-            probable first (`compute_stable_poses`).
+            probable first (`compute_stable_poses`). The axis of an object from a file is the vertical where it rests
+            at least `TALL_FILE` times as tall as it is long, else its longest extent.
 
     Raises:
         UnknownName: for another pose.
         DesignError: for a stable pose that it does not have.
     """
-    if pose == "upright":
-        return replace(_along_axis(shape), up="x", pose=pose)
-    if pose == "lying":
-        return replace(_lay(_along_axis(shape)), pose=pose)
+    if pose in POSES:
+        along = _along_axis(shape)
+        return replace(along, up="x", pose=pose) if pose == "upright" else replace(_lay(along), pose=pose)
     if not (pose.isascii() and pose.isdigit()):
         raise UnknownName("pose", pose, (*POSES, "0", "1", "..."))
     poses = compute_stable_poses(shape)
@@ -128,11 +136,31 @@ def settle(shape: ObjectSpec, up: np.ndarray) -> ObjectSpec:
     for wanted in (up, np.array([1.0, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0])):
         for pose in standing:
             if float(pose.rotation[2] @ wanted) >= UPRIGHT_COS:
-                return _stand_on(shape, wanted)
+                return _tell_turn(*_stand_near(shape, wanted, pose.rotation[2]), up)
     tallest = max(standing, key=lambda pose: pose.height, default=None)
     if tallest is not None and tallest.height >= TALL * max(pose.height for pose in poses):
-        return _reframe(shape, _Z_TO_X @ _lay_frame(shape.solid, tallest.rotation[2]), up="x")
-    return _stand_on(shape, poses[0].rotation[2]) if poses else shape
+        stood = _reframe(shape, _Z_TO_X @ _lay_frame(shape.solid, tallest.rotation[2]), up="x")
+        return _tell_turn(stood, tallest.rotation[2], up)
+    return _tell_turn(_stand_on(shape, poses[0].rotation[2]), poses[0].rotation[2], up) if poses else shape
+
+
+def _stand_near(shape: ObjectSpec, wanted: np.ndarray, stable: np.ndarray) -> tuple[ObjectSpec, np.ndarray]:
+    """The object that rests with a direction up, or where it does not stand so with a stable one near; and which."""
+    turn = rotate_up(wanted)
+    if compute_stability(shape.solid, turn, foot_directions(shape.solid, turn))[0] >= STANDS:
+        return _stand_on(shape, wanted), wanted
+    if abs(float(stable[0])) < UPRIGHT_COS:
+        return _stand_on(shape, stable), stable
+    return _reframe(shape, _Z_TO_X @ _lay_frame(shape.solid, stable), up="x"), stable
+
+
+def _tell_turn(shape: ObjectSpec, taken: np.ndarray, up: np.ndarray) -> ObjectSpec:
+    """The object with a note where another direction than that of its file, ``up``, was ``taken`` to be up."""
+    angle = math.degrees(math.acos(float(np.clip(up @ taken, -1.0, 1.0))))
+    if angle < SLIGHT:
+        return shape
+    told = f"it would not stay as it is in the file: it rests turned by {angle:.0f} deg; pose= says otherwise"
+    return replace(shape, notes=(*shape.notes, told))
 
 
 def _stand_on(shape: ObjectSpec, up: np.ndarray) -> ObjectSpec:
@@ -161,8 +189,12 @@ def _lay(shape: ObjectSpec) -> ObjectSpec:
 
 
 def _along_axis(shape: ObjectSpec) -> ObjectSpec:
-    """A box or an object from a file with its longest extent along x; another solid has its own axis."""
-    if shape.kind not in {"box", "mesh", "mjcf"} or shape.size[0] >= max(shape.size) * (1 - 1e-9):
+    """A box or an object from a file with its longest extent along x, or what is nearly as long and up in the file."""
+    is_file = shape.kind in {"mesh", "mjcf"}
+    if is_file and shape.up == "z" and shape.size[2] >= TALL_FILE * max(shape.size):
+        return _reframe(shape, _Z_TO_X, up="x")
+    stands = is_file and shape.up == "x"
+    if stands or not (is_file or shape.kind == "box") or shape.size[0] >= max(shape.size) * (1 - 1e-9):
         return shape
     turn = np.roll(np.eye(3), -int(np.argmax(shape.size)), axis=0)
     return _reframe(shape, turn, up=shape.up)

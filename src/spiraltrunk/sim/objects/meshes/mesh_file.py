@@ -171,6 +171,7 @@ def _read(content: bytes, form: str, what: str) -> Trimesh:
 def _read_stl(content: bytes, what: str) -> Trimesh:
     import trimesh
 
+    content = _cut_binary_stl(content, what)
     try:
         mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
         if len(mesh.faces) == 0:  # The reader may take any bytes for an empty ASCII file.
@@ -180,6 +181,23 @@ def _read_stl(content: bytes, what: str) -> Trimesh:
             what, "no STL that can be read", "an STL, binary or ASCII; an OBJ is given by obj:path="
         ) from error
     return mesh
+
+
+def _cut_binary_stl(content: bytes, what: str) -> bytes:
+    """A binary STL without what follows its triangles; another file as it is.
+
+    Raises:
+        DesignError: for one that has fewer triangles than it states.
+    """
+    head, record = 84, 50
+    if len(content) < head or (content.lstrip()[:5].lower() == b"solid" and b"facet" in content[:1000].lower()):
+        return content
+    stated, held = int.from_bytes(content[80:head], "little"), (len(content) - head) // record
+    if held == 0 or stated > FACES_MOST:  # What is no STL, or is refused for its size.
+        return content
+    if held < stated:
+        raise refusal(what, f"cut off: it states {stated} triangles and holds {held}", "the whole file")
+    return content[: head + record * stated]
 
 
 def _check_size(mesh: Trimesh, what: str, unit: str) -> None:

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from spiraltrunk.sim.objects.meshes.surface import VOLUME_LEAST, estimate_volume, find_fault, signed_volume
+from spiraltrunk.sim.objects.meshes.surface import (
+    BODIES_MOST,
+    VOLUME_LEAST,
+    count_bodies,
+    estimate_volume,
+    find_fault,
+    signed_volume,
+)
 from spiraltrunk.sim.user_files.regular_file import refusal
 
 if TYPE_CHECKING:
@@ -33,9 +40,6 @@ GROWTH = 0.001
 """Share by which closed bodies that touch are enlarged to overlap, where their union has a fault without (ours) [-]:
 the pieces of a convex decomposition share faces but for rounding. Of 56 such files none was united as it is, each so.
 """
-
-BODIES_MOST = 200
-"""Largest number of closed bodies that are united (ours)."""
 
 
 @final
@@ -89,16 +93,14 @@ def repair(mesh: Trimesh, what: str) -> Repaired:
             break
         if change < CHANGE_MOST and (union := _unite(candidate)) is not None:
             return union
+    if (count := count_bodies(best)) > BODIES_MOST:
+        raise refusal(what, f"{fault}, in {count} pieces", f"one surface, or up to {BODIES_MOST} pieces of one thing")
     return _take_hull(hull, estimate_volume(best), fault, what)
 
 
 def _unite(mesh: Trimesh) -> Repaired | None:
     """The union of closed bodies that overlap or touch; None where one of them has a fault, or they are apart."""
-    import trimesh
-
-    graph: Any = trimesh.graph  # Untyped.
-    labels = graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    if not 1 <= labels.max(initial=0) < BODIES_MOST:  # As filed, the triangles of an STL file are a body each.
+    if not 2 <= count_bodies(mesh) <= BODIES_MOST:  # As filed, the triangles of an STL file are a body each.
         return None
     bodies = list(mesh.split(only_watertight=False))
     for body in bodies:
@@ -139,8 +141,8 @@ def _drop_degenerate(mesh: Trimesh) -> None:
 def _mend(mesh: Trimesh, distance: float) -> tuple[Trimesh, float]:
     """A copy with all repairs, its vertices merged to a grid of ``distance`` [m], and what filling holes changed.
 
-    The change is the volume of a half ball over as large a hole as all together, relative to the signed volume [-]:
-    what was there may have bulged as far.
+    The change is the volume of a half ball over each hole, all together, relative to the signed volume [-]: what was
+    there may have bulged as far.
     """
     import trimesh
 
@@ -154,12 +156,27 @@ def _mend(mesh: Trimesh, distance: float) -> tuple[Trimesh, float]:
     trimesh_repair.fix_winding(copy)
     _, count = np.unique(copy.edges_sorted, axis=0, return_counts=True)
     if 3 <= np.count_nonzero(count == 1) <= BOUNDARY_MOST:
-        area = float(copy.area)
+        n_face = len(copy.faces)
         trimesh_repair.fill_holes(copy, use_fan=True)
-        filled = max(0.0, float(copy.area) - area)
-        change = 2 / 3 * filled * np.sqrt(filled / np.pi) / max(abs(signed_volume(copy)), 1e-15)
-    trimesh_repair.fix_normals(copy, multibody=True)
+        filled = _measure_patches(copy, n_face)
+        change = float((2 / 3 * filled * np.sqrt(filled / np.pi)).sum()) / max(abs(signed_volume(copy)), 1e-15)
+    trimesh_repair.fix_normals(copy, multibody=count_bodies(copy) <= BODIES_MOST)
     return copy, change
+
+
+def _measure_patches(mesh: Trimesh, n_face: int) -> np.ndarray:
+    """Area of each patch over a hole, the triangles from ``n_face`` on that touch each other [m^2].
+
+    A hole of three edges is left out: one triangle was there.
+    """
+    import trimesh
+
+    graph: Any = trimesh.graph  # Untyped.
+    count = len(mesh.faces) - n_face
+    joined = mesh.face_adjacency[(mesh.face_adjacency >= n_face).all(axis=1)] - n_face
+    labels = graph.connected_component_labels(joined, node_count=count) if count else np.empty(0, int)
+    areas = np.bincount(labels, weights=mesh.area_faces[n_face:])
+    return np.asarray(areas[np.bincount(labels) > 1])
 
 
 def _drop_doubles(mesh: Trimesh) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ SAMPLES_MOST = 200
 
 POINTS_MOST, TERMS_MOST = 2048, 20_000_000
 """Largest number of points at which a union of bodies is sampled, and of points times triangles (ours)."""
+
+BODIES_MOST = 200
+"""Largest number of bodies that are taken one by one (ours)."""
 
 VOLUME_LEAST = 1e-6
 """Least volume of a solid over that of the box round it [-]."""
@@ -85,6 +88,15 @@ def signed_volume(mesh: Trimesh) -> float:
     return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6)
 
 
+def count_bodies(mesh: Trimesh) -> int:
+    """Number of bodies of triangles that are joined by edges."""
+    import trimesh
+
+    graph: Any = trimesh.graph  # Untyped.
+    labels = graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    return int(labels.max(initial=-1)) + 1
+
+
 def estimate_volume(mesh: Trimesh) -> float:
     """Volume that a surface with faults encloses [m^3], an estimate.
 
@@ -94,9 +106,9 @@ def estimate_volume(mesh: Trimesh) -> float:
     """
     from scipy.stats import qmc
 
-    bodies = mesh.split(only_watertight=False)
-    if len(bodies) <= 1:
+    if count_bodies(mesh) <= 1:
         return abs(signed_volume(mesh))
+    bodies = mesh.split(only_watertight=False)
     count = int(np.clip(TERMS_MOST // max(1, len(mesh.faces)), 100, POINTS_MOST))
     low, high = mesh.bounds
     points = low + qmc.Halton(3, scramble=False).random(count) * (high - low)

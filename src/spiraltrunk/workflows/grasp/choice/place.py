@@ -81,8 +81,8 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
 def place_hung(design: TrunkDesign, options: SceneOptions, arm: ArmReach) -> SceneOptions:
     """The scene with a hung object, in its usual place, at least `HUNG_ROOM` beside the trunk as it hangs at the start.
 
-    What is wider than `HUNG_WIDTH` has as much more room as its half is wider. An object that is moved for that is moved
-    as far ahead, where its near end is beside the trunk.
+    What is wider than `HUNG_WIDTH` has as much more room as its half is wider. An object that is moved for that is
+    moved as far ahead, where its near end is beside the trunk.
     """
     if options.position != SceneOptions().position:
         return options
