@@ -6,11 +6,13 @@ import io
 import os
 import pathlib
 import sys
+import time
 
 import pytest
 
+from spiraltrunk.cli import progress as progress_module
 from spiraltrunk.cli.output import put
-from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.progress import show_progress, tell_slow
 from spiraltrunk.cli.verbs.survey.progress import show_survey
 
 ROW = {"strategy": "kick", "object": "box-60", "seed": 1, "success": True, "reason": ""}
@@ -60,3 +62,15 @@ def test_names_that_the_stream_cannot_hold_are_escaped(
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding=encoding))
     assert put(0, "räum a\udcff") == 0
     assert raw.getvalue().decode() == f"{printed}\n"
+
+
+def test_only_what_takes_long_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.StringIO()
+    with tell_slow("thinking", stream):
+        pass
+    monkeypatch.setattr(progress_module, "SLOW", 0.01)
+    with tell_slow("thinking long", stream):
+        end = time.monotonic() + 30.0
+        while not stream.getvalue() and time.monotonic() < end:
+            time.sleep(0.01)
+    assert stream.getvalue() == "spiraltrunk: thinking long ...\n"

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.output import DONE, UsageError, complain
+from spiraltrunk.cli.progress import tell_slow
 from spiraltrunk.errors import ModelError
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.sim.objects.catalogue import ObjectSpec
+
+
+def read_object(text: str) -> ObjectSpec:
+    """`parse_object`, which says what takes so long where it does."""
+    from spiraltrunk.sim.objects.catalogue import parse_object
+
+    with tell_slow("reading the object; convex parts (collide=parts) may take two minutes", sys.stderr):
+        return parse_object(text)
 
 
 def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> None:
@@ -73,5 +83,6 @@ def _list_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) 
     """The end of a refusal: which strategies can take the object, by their models."""
     from spiraltrunk.workflows.grasp.choice.ranking import find_able
 
-    able = [name for name in find_able(design, shape) if name != strategy.name]
+    with tell_slow("looking for strategies that can take the object", sys.stderr):
+        able = [name for name in find_able(design, shape) if name != strategy.name]
     return f"; what can take it: {', '.join(able)}" if able else "; no other strategy can take it"

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TextIO
+
+SLOW = 5.0
+"""Time after which work is told that seldom takes as long [s]."""
 
 
 @contextmanager
@@ -30,6 +34,18 @@ def show_progress(stream: TextIO | None) -> Iterator[Callable[[str, int, int], N
     with Progress(*columns, console=Console(file=stream), transient=True) as bar:
         task = bar.add_task("starting", total=None)
         yield lambda step, done, total: bar.update(task, description=step, completed=done, total=total or None)
+
+
+@contextmanager
+def tell_slow(what: str, stream: TextIO | None) -> Iterator[None]:
+    """Print a line on what is done where that takes longer than `SLOW`."""
+    timer = threading.Timer(SLOW, print_progress, (f"{what} ...", stream))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def print_progress(line: str, stream: TextIO | None) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
-from spiraltrunk.cli.object_check import check_object, name_able, warn_infeasible, warn_laid
+from spiraltrunk.cli.object_check import check_object, name_able, read_object, warn_infeasible, warn_laid
 from spiraltrunk.cli.options.design import add_design, add_timestep, choose_timestep, load_robot
 from spiraltrunk.cli.output import (
     DONE,
@@ -23,7 +23,7 @@ from spiraltrunk.cli.output import (
     open_out,
     quote,
 )
-from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.progress import show_progress, tell_slow
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -74,14 +74,14 @@ def add_verb(verbs: Any) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     if os.environ.get("MUJOCO_GL", "").lower().strip() not in _GL:
         raise UsageError(f"MUJOCO_GL is {quote(os.environ['MUJOCO_GL'])}; allowed: egl, osmesa, glfw or unset")
-    from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
+    from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT
     from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
     from spiraltrunk.workflows.grasp.choice.auto import get_strategy, list_objects
 
     usual = list_objects(arguments.strategy)
     usual_name = DEFAULT_OBJECT if DEFAULT_OBJECT in usual else usual[0]
     name = usual_name if arguments.object is None else arguments.object
-    shape, design = parse_object(name), load_robot(arguments)
+    shape, design = read_object(name), load_robot(arguments)
     strategy = get_strategy(arguments.strategy, design, shape, arguments.stage)
     _check_stage(strategy, arguments.stage)
     check_object(strategy, design, shape, name)
@@ -148,7 +148,9 @@ def _name_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> No
     """Print the options with which another strategy can take an object that `auto` refused."""
     from spiraltrunk.workflows.grasp.choice.ranking import find_alternatives
 
-    for option, name in find_alternatives(design, shape, stage).items():
+    with tell_slow("looking for options with which another strategy can take the object", sys.stderr):
+        found = find_alternatives(design, shape, stage)
+    for option, name in found.items():
         complain(f"{name} can take it with {option}", DONE)
 
 

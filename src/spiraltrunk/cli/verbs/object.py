@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_text
+from spiraltrunk.cli.object_check import read_object
 from spiraltrunk.cli.output import DONE, Answer, complain, format_json, name_option
 from spiraltrunk.cli.plot_file import check_plot, read_format
 
@@ -33,10 +34,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.plot is not None:
         check_plot(Path(arguments.plot))
     from spiraltrunk.files.results import to_json
-    from spiraltrunk.sim.objects.catalogue import parse_object
     from spiraltrunk.sim.objects.description import describe_object, list_figures
 
-    shape = parse_object(arguments.object)
+    shape = read_object(arguments.object)
     about = describe_object(shape)
     figures = list_figures(about, arguments.object)
     if arguments.design is not None:
