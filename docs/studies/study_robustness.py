@@ -38,13 +38,10 @@ SEED = 23
 """Seed that the seeds of all trials are derived from; no strategy was tuned in its worlds before they were counted."""
 
 SURVEY_SEEDS = {
-    "friction 0.15": 8128, "m 1.45": 8214, "m 1.7": 8214, "arm radius 36 mm": 8214, "arm radius 55 mm": 8214,
+    "friction 0.15": 8217, "m 1.45": 8214, "m 1.7": 8214, "arm radius 36 mm": 8214, "arm radius 55 mm": 8214,
     "sections of 20 deg": 8218,
 }  # fmt: skip
 """Seeds of the trials that stand in the page (`--seed`, or a survey's by `make_robustness.py --survey`)."""
-
-RECOUNTED = {("friction 0.15", name): 8207 for name in ("wrap-oblique-low", "wrap-oblique", "wrap-horizontal")}
-"""Seeds of conditions and strategies that were counted anew, after the others of their condition."""
 
 FRICTION = 0.15
 """Coefficient of friction between cables and holes, as a print may have it [-]."""

@@ -52,7 +52,6 @@ def test_the_rows_are_trials_of_the_study(pages: ModuleType) -> None:
         objects = strategies.get(row["strategy"]).objects
         assert row["condition"] in study.CONDITIONS
         seed = study.SURVEY_SEEDS.get(row["condition"], study.SEED)
-        seed = study.RECOUNTED.get((row["condition"], row["strategy"]), seed)
         assert row["seed"] == derive_seed(seed, row["strategy"], row["index"])
         assert row["object"] == objects[row["index"] % len(objects)]
     keys = [(row["condition"], row["strategy"], row["index"]) for row in rows]
