@@ -21,10 +21,10 @@ def list_figures(design: TrunkDesign) -> list[tuple[str, str, str]]:
     return [
         ("Graspable", f"{_mm(smallest)} to {_mm(largest)} mm", "Widths that the trunk wraps"),
         ("Payload", f"{payload(design):.3g} kg", "At the smallest object; fitted to the paper's one number"),
-        ("Length", f"{_mm(design.length)} mm", "Straight trunk, without housing and gripper"),
+        ("Width", f"{_mm(design.base_width)} to {_mm(design.tip_width)} mm", "From the base to the tip"),
         ("Mass", f"{_format(1e3 * design.total_mass, 4)} g", "Sections and gripper"),
         ("Sections", f"{design.n_section}, ratio {design.k_p:.3f}", "Each is the ratio times the one before"),
-        ("Width", f"{_mm(design.base_width)} to {_mm(design.tip_width)} mm", "From the base to the tip"),
+        ("Length", f"{_mm(design.length)} mm", "Straight trunk, without housing and gripper"),
         ("Tip gripper", gripper, "Widths that the fingers enclose"),
         ("Cable stroke", f"{_mm(design.cable_stroke)} mm", "Cable to pull in until all gaps on its side are shut"),
     ]
@@ -33,12 +33,13 @@ def list_figures(design: TrunkDesign) -> list[tuple[str, str, str]]:
 def format_figures(design: TrunkDesign) -> str:
     """HTML of the table."""
     cells = [
-        f'<td title="{escape(why)}" style="opacity:0.7;padding:1px 6px 1px 0;white-space:nowrap">{escape(name)}</td>'
-        f'<td title="{escape(why)}" style="padding:1px 8px 1px 0"><b>{escape(value)}</b></td>'
+        f'<td title="{escape(why)}" style="opacity:0.7;padding:1px 4px 1px 0">{escape(name)}</td>'
+        f'<td title="{escape(why)}" style="padding:1px 4px 1px 0"><b>{escape(value)}</b></td>'
         for name, value, why in list_figures(design)
     ]
     rows = "".join(f"<tr>{first}{second}</tr>" for first, second in zip(cells[::2], cells[1::2], strict=True))
-    return f'<table class="figures" style="font-size:0.8em;margin:0 0.6rem;border-spacing:0">{rows}</table>'
+    style = "font-size:0.8em;margin:0 0 0 0.6rem;border-spacing:0;white-space:nowrap"
+    return f'<table class="figures" style="{style}">{rows}</table>'
 
 
 def find_gap(design: TrunkDesign) -> str:

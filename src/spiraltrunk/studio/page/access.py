@@ -24,7 +24,7 @@ if (!document.getElementById("spiraltrunk-access")) {
     .mantine-Notifications-root { max-height: calc(100% - 2em); overflow-y: auto; }
     .mantine-ScrollArea-content { box-sizing: border-box; padding-right: 5px; }
     [data-folder]:focus-visible, [role=slider]:focus-visible, input:focus-visible {
-      outline: 3px solid #56B4E9; outline-offset: 2px; }`;
+      outline: 3px solid #56B4E9 !important; outline-offset: 2px; }`;
   document.head.append(style);
   const read = () => {
     try { return JSON.parse(sessionStorage.getItem("spiraltrunk-folders")) || {}; } catch (error) { return {}; }
