@@ -66,9 +66,11 @@ def test_names_that_the_stream_cannot_hold_are_escaped(
 
 def test_only_what_takes_long_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = io.StringIO()
+    monkeypatch.setattr(progress_module, "SLOW", 0.5)
     with tell_slow("thinking", stream):
         pass
-    monkeypatch.setattr(progress_module, "SLOW", 0.01)
+    time.sleep(1.0)
+    assert not stream.getvalue()
     with tell_slow("thinking long", stream):
         end = time.monotonic() + 30.0
         while not stream.getvalue() and time.monotonic() < end:

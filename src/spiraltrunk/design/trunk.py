@@ -47,7 +47,7 @@ class TrunkDesign:
     n_section: int = 18
     """Number of sections, 18 over 1.5 turns in the paper; there is one joint fewer."""
     theta_tip: float = math.pi / 2
-    """Angle of the spiral at the end of the tip [rad] (paper: pi / 2)."""
+    """Angle of the spiral at the end of the tip [rad] (paper: 90 deg)."""
     joint: JointDesign = field(default_factory=lambda: JointDesign(radius=3.825e-3, length=2.10e-3))
     """Elastic joints between the sections."""
     cable: CableDesign = field(default_factory=lambda: CableDesign(angles=(0.0, 2 * math.pi / 3, 4 * math.pi / 3)))

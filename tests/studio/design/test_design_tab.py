@@ -151,13 +151,40 @@ def test_measured_values_that_are_left_out_are_told_and_a_preset_is_no_own_desig
     wait_until(lambda: page.get_by_label("Preset", exact=True).first.input_value() == "own design")
 
 
-def test_viser_does_not_tell_again_that_a_file_has_arrived(open_design, tmp_path):
-    page, _ = open_design()
+class PlainTab:
+    """A tab without controls."""
+
+    name, title = "plain", "Plain"
+
+    def __init__(self, page):
+        pass
+
+    def apply_settings(self, settings):
+        pass
+
+    def read_settings(self):
+        return {}
+
+    def build(self):
+        pass
+
+    show = hide = close = build
+
+
+def test_viser_does_not_tell_again_that_a_file_has_arrived(studio, open_page, tmp_path):
+    """Its client does, whenever the button is shown anew."""
+    page = open_page(studio([DesignTab, PlainTab]))
     file = tmp_path / "own.toml"
     file.write_text(format_design(presets.get("spirob-15")))
     page.locator("input[type=file]").first.set_input_files(file)
     page.get_by_role("alert").filter(has_text="own.toml is the design now").wait_for(timeout=LONG)
-    wait_until(lambda: page.get_by_text("File uploaded successfully.").filter(visible=True).count() == 0)
+    for title in ("Plain", "Design"):
+        page.get_by_role("button", name=title, exact=True).click()
+        page.get_by_role("button", name=title, exact=True, pressed=True).wait_for(timeout=LONG)
+    told = page.locator(".mantine-Notification-root").filter(has_text="File uploaded successfully.")
+    told.wait_for(state="attached", timeout=LONG)  # It is there,
+    told.wait_for(state="hidden", timeout=2000)  # not seen, and goes by itself after 4 s.
+    assert told.count() == 1
 
 
 def test_ranges_go_back_after_an_extreme_value(open_design):

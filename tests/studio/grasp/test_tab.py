@@ -122,6 +122,34 @@ def test_a_run_that_is_stopped_leaves_its_frames(fakes, studio, open_page):
 
 
 @pytest.mark.slow
+def test_after_a_stopped_run_the_grasp_before_is_offered_and_a_choice_shows_its_scene(
+    fakes, studio, open_page, take_picture
+):
+    fakes.go.set()
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance")
+    start = settle(page, take_picture, "start")
+    click(page, "Run grasp")
+    wait_for(page, "cylinder-60 by wrap-vertical: Success.")
+    fakes.go.clear()
+    pick(page, "Object", "box-80")
+    click(page, "Run grasp")
+    wait_for(page, "Computing.")
+    click(page, "Show again: wrap-vertical, cylinder-60, seed 0")
+    wait_for(page, "a grasp is being computed; wait for its end, or stop it")
+    click(page, "Stop")
+    wait_for(page, "box-80 by wrap-vertical: Stopped.")
+    click(page, "Play")
+    click(page, "Show again: wrap-vertical, cylinder-60, seed 0")
+    wait_for(page, "cylinder-60 by wrap-vertical: Success.")
+    assert page.get_by_role("button", name="Play", exact=True).is_visible(), "the run that was stopped plays on"
+    pick(page, "Object", "box-60")
+    page.get_by_text("Success.").filter(visible=True).wait_for(state="detached", timeout=PATIENCE)
+    again = settle(page, take_picture, "again")
+    assert (np.abs(again - start).max(axis=2) > 30)[:, 330:].mean() < 0.01
+
+
+@pytest.mark.slow
 def test_the_picker_tells_why_and_takes_measures_and_files(fakes, studio, open_page):
     page = open_page(studio([GraspTab]))
     wait_for(page, "predicted chance")

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid
+from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, geom_volume
 from spiraltrunk.sim.objects.presentation import as_measured, present
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.objects.solids import NECK_SHARE
@@ -43,10 +43,10 @@ class Description:
         """Place of the stable pose in which it rests; None where it would not stay so."""
         poses, center = self.profile.stable_poses, self.profile.center_height
         for i, pose in enumerate(poses):
+            leans = self.profile.topple_angle == 0.0 < pose.topple_angle
             rolls = pose.topple_angle == self.profile.topple_angle == 0.0
-            is_alike = (pose.topple_angle == 0.0) == (self.profile.topple_angle == 0.0)
             is_level = rolls and abs(pose.center_height / center - 1) < HEIGHTS_EQUAL
-            if (is_alike and pose.rotation[2, 2] > SAME) or is_level:
+            if (pose.rotation[2, 2] > SAME and not leans) or is_level:
                 return i
         return None
 
@@ -78,22 +78,7 @@ def compute_volume(shape: ObjectSpec) -> float:
     if shape.loaded is None:
         box, circle = length * width * height, math.pi * radius**2 * length
         return {"box": box, "cylinder": circle, "cone": circle / 3, "sphere": 2 / 3 * circle}[shape.kind]
-    return sum(_geom_volume(geom) for geom in _list_drawn(shape.solid))
-
-
-def _geom_volume(geom: Geom) -> float:
-    a, b, c = geom.size
-    if geom.vertices is not None and geom.faces is not None:
-        corners = geom.vertices[geom.faces]
-        return abs(float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))) / 6
-    ball = 4 / 3 * math.pi
-    return {
-        "sphere": ball * a**3,
-        "capsule": ball * a**3 + 2 * math.pi * a**2 * b,
-        "ellipsoid": ball * a * b * c,
-        "cylinder": 2 * math.pi * a**2 * b,
-        "box": 8 * a * b * c,
-    }[geom.form]
+    return sum(geom_volume(geom) for geom in _list_drawn(shape.solid))
 
 
 def build_triangles(solid: Solid) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -137,3 +138,19 @@ def add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, geom: Geom, name: str) -
     if not geom.collides:
         added.contype = added.conaffinity = 0
     return added
+
+
+def geom_volume(geom: Geom) -> float:
+    """Volume of a geom, of a mesh that of its triangles, which is its own where they enclose one solid [m^3]."""
+    a, b, c = geom.size
+    if geom.vertices is not None and geom.faces is not None:
+        corners = geom.vertices[geom.faces]
+        return abs(float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))) / 6
+    ball = 4 / 3 * math.pi
+    return {
+        "sphere": ball * a**3,
+        "capsule": ball * a**3 + 2 * math.pi * a**2 * b,
+        "ellipsoid": ball * a * b * c,
+        "cylinder": 2 * math.pi * a**2 * b,
+        "box": 8 * a * b * c,
+    }[geom.form]

@@ -11,9 +11,8 @@ from scipy.spatial import ConvexHull
 
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.mujoco_log import compile_spec
-from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid, axis_rotation
+from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid, axis_rotation, geom_volume
 from spiraltrunk.sim.objects.meshes.mesh_file import AXES, FACES_MOST
-from spiraltrunk.sim.objects.meshes.surface import VOLUME_LEAST
 from spiraltrunk.sim.objects.presentation import settle
 from spiraltrunk.sim.objects.spec import EXTENTS, ObjectSpec, check_builds
 from spiraltrunk.sim.user_files.compile_check import load_mjcf_spec
@@ -62,17 +61,30 @@ def load_mjcf(path: str, *, axis: str = "longest", mass: float | None = None) ->
 
 
 def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """The model with the exact mass distribution of closed meshes; else MuJoCo's default, right for convex ones."""
-    stated = [mesh.inertia for mesh in spec.meshes]
-    for mesh in spec.meshes:
-        if mesh.inertia == mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY:
-            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
-    try:
-        return compile_spec(spec)
-    except ValueError:  # A surface that is not closed, or partly inside out.
-        for mesh, kind in zip(spec.meshes, stated, strict=True):
-            mesh.inertia = kind
-        return compile_spec(spec)
+    """The model with the exact mass distribution of closed meshes; of others MuJoCo's own, right for convex ones."""
+    model = compile_spec(spec)
+    closed = [
+        mesh for mesh in spec.meshes
+        if mesh.inertia == mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY and _is_closed(*_read_mesh(model, mesh.id))
+    ]  # fmt: skip
+    for mesh in closed:
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
+    return compile_spec(spec) if closed else model
+
+
+def _read_mesh(model: mujoco.MjModel, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices, shape (n, 3) [m], and triangles, shape (m, 3), of a mesh."""
+    mesh = model.mesh(number)
+    vertices = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]].astype(float)
+    return vertices, model.mesh_face[mesh.faceadr[0] :][: mesh.facenum[0]].astype(np.int64)
+
+
+def _is_closed(vertices: np.ndarray, faces: np.ndarray) -> bool:
+    """Whether triangles enclose a volume and all face outwards."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces)  # Its corners are merged.
+    return bool(mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0)
 
 
 def _check_body(model: mujoco.MjModel, what: str) -> None:
@@ -97,19 +109,15 @@ def _check_extents(solid: Solid, what: str) -> None:
 
 
 def _find_excess(geoms: tuple[Geom, ...]) -> float:
-    """Excess of the convex hulls of colliding meshes over their own volumes, by the volumes of all such geoms [-]."""
-    found = [_measure_mesh(geom) for geom in geoms if geom.collides and geom.vertices is not None]
-    own, hull = (sum(each[i] for each in found) for i in (0, 1))
-    return hull / own - 1 if own > VOLUME_LEAST * hull else 0.0
-
-
-def _measure_mesh(geom: Geom) -> tuple[float, float]:
-    """Volume of a mesh, and of its convex hull [m^3]."""
-    assert geom.vertices is not None
-    assert geom.faces is not None
-    corners = geom.vertices[geom.faces]
-    volume = abs(float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))) / 6
-    return volume, float(ConvexHull(geom.vertices).volume)
+    """What the convex hulls of closed meshes add, over the volume of all geoms that collide [-]."""
+    own = added = 0.0
+    for geom in geoms:
+        if not geom.collides:
+            continue
+        own += geom_volume(geom)
+        if geom.vertices is not None and geom.faces is not None and _is_closed(geom.vertices, geom.faces):
+            added += max(0.0, float(ConvexHull(geom.vertices).volume) - geom_volume(geom))
+    return added / own if added > 0 else 0.0
 
 
 def _check_inertia(solid: Solid, what: str) -> None:
@@ -145,9 +153,7 @@ def _geom(model: mujoco.MjModel, data: mujoco.MjData, g: int, what: str) -> Geom
         raise refusal(what, f"of geoms such as {kind}", f"geoms of type {', '.join(FORMS)}")
     vertices = faces = None
     if form == "mesh":
-        mesh = model.mesh(model.geom_dataid[g])
-        vertices = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]].astype(float)
-        faces = model.mesh_face[mesh.faceadr[0] :][: mesh.facenum[0]].astype(np.int64)
+        vertices, faces = _read_mesh(model, int(model.geom_dataid[g]))
     a, b, c = (float(value) for value in model.geom_size[g])
     return Geom(
         form=form, size=(a, b, c), position=data.geom_xpos[g].copy(),

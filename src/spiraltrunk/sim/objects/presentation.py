@@ -14,7 +14,7 @@ from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.geoms import Solid, compute_bounds
 from spiraltrunk.sim.objects.profile import UPRIGHT, compute_stability, foot_directions
 from spiraltrunk.sim.objects.spec import ObjectSpec
-from spiraltrunk.sim.objects.stable_poses import compute_stable_poses, rotate_up
+from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, compute_stable_poses, rotate_up
 from spiraltrunk.sim.objects.tessellation import hull_of_geom
 
 POSES = ("upright", "lying")
@@ -30,8 +30,8 @@ TALL = 0.95
 """Least height of an upright pose over that of the tallest one (ours) [-]."""
 
 TALL_FILE = 0.75
-"""Least height over the longest extent from which an object that rests as in its file stands upright (ours) [-]: that
-of a mug with its handle."""
+"""Least height over the longest extent from which an object that rests as in its file stands upright, unless it is
+lowest so (ours) [-]. A mug is not as tall as it is long with its handle."""
 
 ROUND = ("cylinder", "cone", "ring", "bottle", "sphere")
 """Kinds of object that are surfaces of revolution about their axis."""
@@ -46,8 +46,12 @@ LEVEL = 1e-3
 """Largest sine of the angle between an object's axis and the ground at which it counts as level (ours) [-]."""
 
 SLIGHT = 1.5
-"""Largest angle between a pose and that of the file at which nothing is told [deg]: hulls are thinned out for the
-search."""
+"""Largest angle between a pose and that of the file at which nothing is told (ours) [deg]."""
+
+SAME_SHARE = 0.02
+"""Relative difference of the probabilities of poses that are equally probable (ours) [-]."""
+
+_TURNED = "it would not stay as it is in the file"
 
 _UP = np.array([1.0, 0.0, 0.0])
 """The direction of a standing object's frame that is up."""
@@ -103,13 +107,15 @@ def take_pose(shape: ObjectSpec, pose: str) -> ObjectSpec:
         shape: the object.
         pose: "upright", its axis vertical; "lying", its axis horizontal, as it rests most probably, or in its most
             probable pose where it rarely rests so (`LYING_SHARE`); or the place of a stable pose, from 0, the most
-            probable first (`compute_stable_poses`). The axis of an object from a file is the vertical where it rests
-            at least `TALL_FILE` times as tall as it is long, else its longest extent.
+            probable first (`compute_stable_poses`). The axis of a box is its longest extent. That of an object from a
+            file is what ``axis=`` names; else the vertical, where its height there is at least `TALL_FILE` of its
+            longest extent and not its least one; else the longest extent.
 
     Raises:
         UnknownName: for another pose.
         DesignError: for a stable pose that it does not have.
     """
+    shape = replace(shape, notes=tuple(note for note in shape.notes if not note.startswith(_TURNED)))
     if pose in POSES:
         along = _along_axis(shape)
         return replace(along, up="x", pose=pose) if pose == "upright" else replace(_lay(along), pose=pose)
@@ -136,18 +142,35 @@ def settle(shape: ObjectSpec, up: np.ndarray) -> ObjectSpec:
     for wanted in (up, np.array([1.0, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0])):
         for pose in standing:
             if float(pose.rotation[2] @ wanted) >= UPRIGHT_COS:
-                return _tell_turn(*_stand_near(shape, wanted, pose.rotation[2]), up)
+                stood, taken = _stand_near(shape, wanted, pose.rotation[2])
+                return _tell_turn(stood, taken, up)
     tallest = max(standing, key=lambda pose: pose.height, default=None)
     if tallest is not None and tallest.height >= TALL * max(pose.height for pose in poses):
         stood = _reframe(shape, _Z_TO_X @ _lay_frame(shape.solid, tallest.rotation[2]), up="x")
         return _tell_turn(stood, tallest.rotation[2], up)
-    return _tell_turn(_stand_on(shape, poses[0].rotation[2]), poses[0].rotation[2], up) if poses else shape
+    if not poses:
+        return shape
+    likely = [pose for pose in poses if pose.probability > poses[0].probability * (1 - SAME_SHARE)]
+    nearest = max(likely, key=lambda pose: float(pose.rotation[2] @ up))
+    laid, height = _stand_on(shape, nearest.rotation[2]), center_height(shape.solid, up)
+    has_rolled = nearest.topple_angle == 0.0 and abs(nearest.center_height / height - 1) < HEIGHTS_EQUAL
+    return laid if has_rolled else _tell_turn(laid, nearest.rotation[2], up)
+
+
+def compute_topple(solid: Solid, up: np.ndarray) -> float:
+    """Least tilt at which an object falls over that rests with a direction of its frame up; 0 where it rolls [rad]."""
+    turn = rotate_up(up)
+    return compute_stability(solid, turn, foot_directions(solid, turn))[0]
+
+
+def center_height(solid: Solid, up: np.ndarray) -> float:
+    """Height of the centre of mass above the ground with a direction of the frame up [m]."""
+    return float(up @ solid.centroid) + max(float(geom.reach(-up)) for geom in solid.geoms if geom.collides)
 
 
 def _stand_near(shape: ObjectSpec, wanted: np.ndarray, stable: np.ndarray) -> tuple[ObjectSpec, np.ndarray]:
     """The object that rests with a direction up, or where it does not stand so with a stable one near; and which."""
-    turn = rotate_up(wanted)
-    if compute_stability(shape.solid, turn, foot_directions(shape.solid, turn))[0] >= STANDS:
+    if compute_topple(shape.solid, wanted) >= STANDS:
         return _stand_on(shape, wanted), wanted
     if abs(float(stable[0])) < UPRIGHT_COS:
         return _stand_on(shape, stable), stable
@@ -159,7 +182,7 @@ def _tell_turn(shape: ObjectSpec, taken: np.ndarray, up: np.ndarray) -> ObjectSp
     angle = math.degrees(math.acos(float(np.clip(up @ taken, -1.0, 1.0))))
     if angle < SLIGHT:
         return shape
-    told = f"it would not stay as it is in the file: it rests turned by {angle:.0f} deg; pose= says otherwise"
+    told = f"{_TURNED}: it rests turned by {angle:.0f} deg; pose= says otherwise"
     return replace(shape, notes=(*shape.notes, told))
 
 
@@ -189,9 +212,10 @@ def _lay(shape: ObjectSpec) -> ObjectSpec:
 
 
 def _along_axis(shape: ObjectSpec) -> ObjectSpec:
-    """A box or an object from a file with its longest extent along x, or what is nearly as long and up in the file."""
+    """A box or an object from a file with its axis along x (`take_pose`); another solid has its own axis."""
     is_file = shape.kind in {"mesh", "mjcf"}
-    if is_file and shape.up == "z" and shape.size[2] >= TALL_FILE * max(shape.size):
+    is_lowest = shape.size[2] <= min(shape.size) * (1 + SAME_SHARE)
+    if is_file and shape.up == "z" and shape.size[2] >= TALL_FILE * max(shape.size) and not is_lowest:
         return _reframe(shape, _Z_TO_X, up="x")
     stands = is_file and shape.up == "x"
     if stands or not (is_file or shape.kind == "box") or shape.size[0] >= max(shape.size) * (1 - 1e-9):

@@ -119,8 +119,8 @@ class ObjectSpec:
             return self.notes
         more = "larger" if excess > 0 else "smaller"
         told = f"the {self.kind} collides as convex shapes, {100 * abs(excess):.0f} % {more} than it"
-        has_parts = self.kind != "mesh" or sum(geom.collides for geom in self.solid.geoms) > 1
-        return (*self.notes, f"{told}: hollows are filled{'' if has_parts else '; collide=parts keeps them'}")
+        can_have_parts = self.kind == "mesh" and sum(geom.collides for geom in self.solid.geoms) == 1
+        return (*self.notes, f"{told}: hollows are filled{'; collide=parts keeps them' if can_have_parts else ''}")
 
 
 def scaled(shape: ObjectSpec, factor: float) -> ObjectSpec:

@@ -52,6 +52,7 @@ _FIRST = {
 
 _OPTIONS = {
     "unit= states it": "Unit states it", "mass_g": "Mass", "collide=hull": "Touched at hull",
+    "collide=parts": "Touched at parts", "; pose= says otherwise": "",
     "; an OBJ is given by obj:path=": ", in a file that ends in .stl",
     "; an STL is given by stl:path=": ", in a file that ends in .obj",
 }  # fmt: skip
@@ -126,7 +127,7 @@ class ObjectPicker:
         return f"{self._upload.form}:path=FILE,mass_g={self._mass.value:g}{more}"
 
     def read_settings(self) -> dict[str, Any]:
-        """Settings that come back; the content of a file does not."""
+        """Settings that come back; a file and what was said of it do not."""
         measures = {name: slider.value for name, slider in self._sliders.items()}
         return {"object": self.source.value, "solid": self._solid.value, "measures": measures}
 

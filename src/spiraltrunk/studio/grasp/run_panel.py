@@ -48,7 +48,13 @@ class RunPanel:
     """Buttons, progress, timeline, result and plots of one grasp at a time."""
 
     def __init__(
-        self, page: Page, view: StageView, read: Callable[[], GraspRequest], on_result: Callable[..., None]
+        self,
+        page: Page,
+        view: StageView,
+        *,
+        read: Callable[[], GraspRequest],
+        on_start: Callable[[], None],
+        on_result: Callable[..., None],
     ) -> None:
         """Add the controls.
 
@@ -56,13 +62,15 @@ class RunPanel:
             page: the page.
             view: where the robot is drawn.
             read: what the person asks for; raises an error in words.
+            on_start: called when a grasp is started.
             on_result: called with request, recording and result of a grasp that ended.
         """
-        self._page, self._view, self._read, self._on_result = page, view, read, on_result
+        self._page, self._view, self._read = page, view, read
+        self._on_start, self._on_result = on_start, on_result
         self._job: Job | None = None
         self._request: GraspRequest | None = None
-        self.n_started = 0
-        """Grasps that were started [-]."""
+        self.n_shown = 0
+        """Grasps that were started or opened [-]."""
         self._meshes: ModelMeshes | None = None
         self._parts: list[Frames] = []
         self._frames: Frames | None = None
@@ -97,12 +105,18 @@ class RunPanel:
         """Object and strategy of the grasp that is being computed; empty where none is."""
         return "" if self._job is None or self._request is None else self._request.label
 
+    @property
+    def request(self) -> GraspRequest | None:
+        """What was asked for last; None before."""
+        return self._request
+
     def run(self) -> None:
         """Start the grasp that is asked for."""
         if self._job is not None:
             return
         request = self._request = self._read()
-        self.n_started += 1
+        self.n_shown += 1
+        self._on_start()
         self.clear()
         self.hide_note()
         self._state.content = "Starting the simulation; the first one on a computer compiles for up to a minute ..."
@@ -139,6 +153,8 @@ class RunPanel:
 
     def open(self, grasp: KeptGrasp) -> None:
         """Show a grasp that has ended, with its timeline, the last frame first, and its result."""
+        self.n_shown += 1
+        self.clear()
         self._request, self._meshes, frames = grasp.request, grasp.recording.meshes, grasp.recording.frames
         with self._page.client.atomic():
             self._view.draw(self._meshes, frames)

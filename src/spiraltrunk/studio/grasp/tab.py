@@ -10,7 +10,7 @@ import numpy as np
 
 from spiraltrunk import strategies
 from spiraltrunk.design import TrunkDesign, presets
-from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.errors import SpiralTrunkError, StudioError
 from spiraltrunk.studio.drawing.camera import TabCamera
 from spiraltrunk.studio.grasp.jobs import Scene, prepare
 from spiraltrunk.studio.grasp.kept import KeptGrasp, find_grasp, keep_grasp
@@ -88,7 +88,7 @@ class GraspTab:
         with page.gui.add_folder("Options", expand_by_default=False):
             self._friction = Slider(page, _FRICTION, page.design.cable.friction, lambda _: self._change())
             self._seed = Slider(page, _SEED, 0.0, lambda _: self._change())
-        self._run = RunPanel(page, self._view, self._read, self._offer)
+        self._run = RunPanel(page, self._view, read=self._read, on_start=self._put_aside, on_result=self._offer)
         hint = "What was picked since stays as it is"
         self._back: Any = add_button(page, "Last grasp", self._show_last, hint=hint, visible=False, color=GRAY)
         self._save = SavePanel(page)
@@ -113,7 +113,7 @@ class GraspTab:
         return {
             **self._object.read_settings(), "stage": self._stage.value, "strategy": self._strategy.value,
             "friction": self._friction.value, "seed": self._seed.value,
-            "grasp": "" if self._done is None else self._done.name,
+            "grasp": "" if (kept := self._find_kept()) is None else kept.name,
             "running": self._run.running if self._page.is_closed else "",
         }  # fmt: skip
 
@@ -138,10 +138,17 @@ class GraspTab:
 
     def close(self) -> None:
         """Stop what runs; a grasp that has ended is kept for a reload."""
+        kept = self._find_kept()
         self._run.pause()
         self._run.stop()
-        if self._done is not None:
-            keep_grasp(self._done)
+        if kept is not None:
+            keep_grasp(kept)
+
+    def _find_kept(self) -> KeptGrasp | None:
+        """The grasp that a reload comes back to: the one in view, else while it runs again the one before."""
+        if self._done is None and self._last is not None and self._run.is_running:
+            return self._last if self._last.request == self._run.request else None
+        return self._done
 
     def _read(self) -> GraspRequest:
         """What the person asks for.
@@ -192,24 +199,28 @@ class GraspTab:
         if asked != self._asked:  # Another strategy or seed changes no ranking.
             self._candidates, self._asked = (), asked
             self._told.content = self._ranking.content = RANKING
-        n_started = self._run.n_started
+        n_shown = self._run.n_shown
         self._preparing = self._page.start(
-            prepare, request, on_report=lambda scene: self._take_scene(scene, request, n_started),
+            prepare, request, on_report=lambda scene: self._take_scene(scene, request, n_shown),
             on_end=self._take_ranking,
         )  # fmt: skip
 
-    def _take_scene(self, scene: Scene, request: GraspRequest, n_started: int) -> None:
-        """Show a scene, unless its grasp is in view already, or one was started since ``n_started`` had been."""
+    def _take_scene(self, scene: Scene, request: GraspRequest, n_shown: int) -> None:
+        """Show a scene, unless its grasp is in view, or there have been more grasps since than ``n_shown``."""
         if self._is_restored:  # The grasp of before the reload stays in view.
             self._is_restored = False
         elif self._done is not None and self._done.request == request:
             pass
-        elif self._run.n_started == n_started and not (self._run.is_running or self._is_stale):
-            if self._done is not None:
-                self._set_last(self._done)
-            self._done = None
-            self._save.clear()
+        elif self._run.n_shown == n_shown and not (self._run.is_running or self._is_stale):
+            self._put_aside()
             self._run.show_scene(scene)
+
+    def _put_aside(self) -> None:
+        """Take the grasp out of view, and offer to show it again."""
+        if self._done is not None:
+            self._set_last(self._done)
+        self._done = None
+        self._save.clear()
 
     def _set_last(self, last: KeptGrasp | None) -> None:
         """Offer to show a grasp again that another choice took out of view; None offers nothing."""
@@ -220,7 +231,9 @@ class GraspTab:
 
     def _show_last(self) -> None:
         """Show the grasp that another choice took out of view."""
-        if self._last is not None and not self._run.is_running:
+        if self._run.is_running:
+            raise StudioError("a grasp is being computed; wait for its end, or stop it")
+        if self._last is not None:
             self._done, last = self._last, self._last
             self._set_last(None)
             self._run.open(last)

@@ -43,7 +43,7 @@ class MeasureTab:
         self._takes = TakeFolder()
         self._view: CompareView | None = None
         self._calibrated: tuple[str, str] | None = None
-        self._is_shown = self._is_due = False
+        self._is_shown = self._is_due = self._has_refused = False
 
     def build(self) -> None:
         """Add all controls."""
@@ -234,14 +234,17 @@ class MeasureTab:
         if len(guilty) == 1 and guilty[0].file.startswith(str(self._takes.folder / "upload")):
             self._takes.remove(guilty[0])
             self._show_takes()
-            if self._takes.takes:  # What was there before is compared without it; the notice stays.
+            if self._takes.takes:  # What was there before is compared without it.
+                self._has_refused = True
                 self._compare()
                 return
         self._drop_view()
 
     def _draw(self, found: tuple[tuple[RunOverlay, ...], dict[str, Any]]) -> None:
         runs, result = found
-        self._page.clear_refusal()
+        if not self._has_refused:  # Of a take that was removed, the notice stays.
+            self._page.clear_refusal()
+        self._has_refused = False
         result["notes"] = [self._takes.name_files(note) for note in result["notes"]]
         self._drop_view()
         names = {take.file: take.name for take in self._takes.takes}

@@ -184,7 +184,7 @@ def _read_stl(content: bytes, what: str) -> Trimesh:
 
 
 def _cut_binary_stl(content: bytes, what: str) -> bytes:
-    """A binary STL without what follows its triangles; another file as it is.
+    """A binary STL without the few bytes that follow its triangles; another file as it is.
 
     Raises:
         DesignError: for one that has fewer triangles than it states.
@@ -197,7 +197,7 @@ def _cut_binary_stl(content: bytes, what: str) -> bytes:
         return content
     if held < stated:
         raise refusal(what, f"cut off: it states {stated} triangles and holds {held}", "the whole file")
-    return content[: head + record * stated]
+    return content[: head + record * stated] if held == stated else content  # Of more it is unknown which are meant.
 
 
 def _check_size(mesh: Trimesh, what: str, unit: str) -> None:

@@ -141,8 +141,7 @@ def _drop_degenerate(mesh: Trimesh) -> None:
 def _mend(mesh: Trimesh, distance: float) -> tuple[Trimesh, float]:
     """A copy with all repairs, its vertices merged to a grid of ``distance`` [m], and what filling holes changed.
 
-    The change is the volume of a half ball over each hole, all together, relative to the signed volume [-]: what was
-    there may have bulged as far.
+    What filling may have changed is told by `_measure_doubt`.
     """
     import trimesh
 
@@ -158,16 +157,20 @@ def _mend(mesh: Trimesh, distance: float) -> tuple[Trimesh, float]:
     if 3 <= np.count_nonzero(count == 1) <= BOUNDARY_MOST:
         n_face = len(copy.faces)
         trimesh_repair.fill_holes(copy, use_fan=True)
-        filled = _measure_patches(copy, n_face)
-        change = float((2 / 3 * filled * np.sqrt(filled / np.pi)).sum()) / max(abs(signed_volume(copy)), 1e-15)
+        change = _measure_doubt(copy, n_face)
     trimesh_repair.fix_normals(copy, multibody=count_bodies(copy) <= BODIES_MOST)
     return copy, change
 
 
-def _measure_patches(mesh: Trimesh, n_face: int) -> np.ndarray:
-    """Area of each patch over a hole, the triangles from ``n_face`` on that touch each other [m^2].
+def _measure_doubt(mesh: Trimesh, n_face: int) -> float:
+    """Volume of a half ball over each hole that was filled, all together, over the signed volume [-].
 
-    A hole of three edges is left out: one triangle was there.
+    What was there may have bulged as far. A hole of three edges, where that is less than `CHANGE_MOST` of the volume,
+    counts as one triangle that is missing, and leaves no doubt.
+
+    Args:
+        mesh: the surface.
+        n_face: number of triangles before; those from there on fill holes.
     """
     import trimesh
 
@@ -176,7 +179,8 @@ def _measure_patches(mesh: Trimesh, n_face: int) -> np.ndarray:
     joined = mesh.face_adjacency[(mesh.face_adjacency >= n_face).all(axis=1)] - n_face
     labels = graph.connected_component_labels(joined, node_count=count) if count else np.empty(0, int)
     areas = np.bincount(labels, weights=mesh.area_faces[n_face:])
-    return np.asarray(areas[np.bincount(labels) > 1])
+    shares = 2 / 3 * areas * np.sqrt(areas / np.pi) / max(abs(signed_volume(mesh)), 1e-15)
+    return float(shares[(np.bincount(labels) > 1) | (shares > CHANGE_MOST)].sum())
 
 
 def _drop_doubles(mesh: Trimesh) -> None:
