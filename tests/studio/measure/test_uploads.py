@@ -97,3 +97,16 @@ def test_damaged_and_foreign_files_are_told_one_by_one(send, virtual, c3d):
         page.get_by_text("No takes.").wait_for()
     page.get_by_text("Uploading").wait_for(state="detached", timeout=LONG)  # Nothing waits for what was refused.
     send("rest-045_1.csv", whole).get_by_text("mean RMSE").wait_for(timeout=LONG)
+
+
+def test_a_bad_take_is_told_and_the_others_are_compared_without_it(send, virtual):
+    whole = (virtual / "rest-045_1.csv").read_bytes()
+    page = send("rest-045_1.csv", whole)
+    page.get_by_text("mean RMSE").wait_for(timeout=LONG)
+    send("rest-045_2.csv", whole[:700])
+    notice = page.get_by_role("alert").filter(has_text="rest-045_2.csv")
+    notice.wait_for(timeout=LONG)
+    page.get_by_text("rest-045_2.csv as").wait_for(state="detached", timeout=LONG)
+    page.get_by_text("No comparison").filter(visible=True).wait_for(state="detached", timeout=LONG)
+    page.get_by_text("mean RMSE").wait_for(timeout=LONG)
+    assert notice.is_visible()
