@@ -43,7 +43,8 @@ class MeasureTab:
         self._takes = TakeFolder()
         self._view: CompareView | None = None
         self._calibrated: tuple[str, str] | None = None
-        self._is_shown = self._is_due = self._has_refused = False
+        self._is_shown = self._is_due = False
+        self._refusal = ""
 
     def build(self) -> None:
         """Add all controls."""
@@ -235,16 +236,17 @@ class MeasureTab:
             self._takes.remove(guilty[0])
             self._show_takes()
             if self._takes.takes:  # What was there before is compared without it.
-                self._has_refused = True
+                self._refusal = told
                 self._compare()
                 return
         self._drop_view()
 
     def _draw(self, found: tuple[tuple[RunOverlay, ...], dict[str, Any]]) -> None:
         runs, result = found
-        if not self._has_refused:  # Of a take that was removed, the notice stays.
-            self._page.clear_refusal()
-        self._has_refused = False
+        self._page.clear_refusal()
+        if self._refusal:  # Of a take that was removed, for some seconds more.
+            self._page.notice(self._refusal, "refusal")
+        self._refusal = ""
         result["notes"] = [self._takes.name_files(note) for note in result["notes"]]
         self._drop_view()
         names = {take.file: take.name for take in self._takes.takes}
