@@ -12,7 +12,7 @@ import pytest
 
 from spiraltrunk.cli import progress as progress_module
 from spiraltrunk.cli.output import put
-from spiraltrunk.cli.progress import show_progress, tell_slow
+from spiraltrunk.cli.progress import print_if_slow, show_progress
 from spiraltrunk.cli.verbs.survey.progress import show_survey
 
 ROW = {"strategy": "kick", "object": "box-60", "seed": 1, "success": True, "reason": ""}
@@ -67,11 +67,11 @@ def test_names_that_the_stream_cannot_hold_are_escaped(
 def test_only_what_takes_long_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = io.StringIO()
     monkeypatch.setattr(progress_module, "SLOW", 0.5)
-    with tell_slow("thinking", stream):
+    with print_if_slow("thinking", stream):
         pass
     time.sleep(1.0)
     assert not stream.getvalue()
-    with tell_slow("thinking long", stream):
+    with print_if_slow("thinking long", stream):
         end = time.monotonic() + 30.0
         while not stream.getvalue() and time.monotonic() < end:
             time.sleep(0.01)

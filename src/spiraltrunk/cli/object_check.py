@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.output import DONE, UsageError, complain
-from spiraltrunk.cli.progress import tell_slow
+from spiraltrunk.cli.progress import print_if_slow
 from spiraltrunk.errors import ModelError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def read_object(text: str) -> ObjectSpec:
     """`parse_object`, which says what takes so long where it does."""
     from spiraltrunk.sim.objects.catalogue import parse_object
 
-    with tell_slow("reading the object; convex parts (collide=parts) may take two minutes", sys.stderr):
+    with print_if_slow("reading the object; convex parts (collide=parts) may take two minutes", sys.stderr):
         return parse_object(text)
 
 
@@ -83,6 +83,6 @@ def _list_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) 
     """The end of a refusal: which strategies can take the object, by their models."""
     from spiraltrunk.workflows.grasp.choice.ranking import find_able
 
-    with tell_slow("looking for strategies that can take the object", sys.stderr):
+    with print_if_slow("looking for strategies that can take the object", sys.stderr):
         able = [name for name in find_able(design, shape) if name != strategy.name]
     return f"; what can take it: {', '.join(able)}" if able else "; no other strategy can take it"

@@ -37,7 +37,7 @@ def show_progress(stream: TextIO | None) -> Iterator[Callable[[str, int, int], N
 
 
 @contextmanager
-def tell_slow(what: str, stream: TextIO | None) -> Iterator[None]:
+def print_if_slow(what: str, stream: TextIO | None) -> Iterator[None]:
     """Print a line on what is done where that takes longer than `SLOW`."""
     timer = threading.Timer(SLOW, print_progress, (f"{what} ...", stream))
     timer.daemon = True

@@ -23,7 +23,7 @@ from spiraltrunk.cli.output import (
     open_out,
     quote,
 )
-from spiraltrunk.cli.progress import show_progress, tell_slow
+from spiraltrunk.cli.progress import print_if_slow, show_progress
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -148,7 +148,7 @@ def _name_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> No
     """Print the options with which another strategy can take an object that `auto` refused."""
     from spiraltrunk.workflows.grasp.choice.ranking import find_alternatives
 
-    with tell_slow("looking for options with which another strategy can take the object", sys.stderr):
+    with print_if_slow("looking for options with which another strategy can take the object", sys.stderr):
         found = find_alternatives(design, shape, stage)
     for option, name in found.items():
         complain(f"{name} can take it with {option}", DONE)

@@ -12,9 +12,9 @@ from scipy.spatial import ConvexHull
 
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.geoms import Solid, compute_bounds
-from spiraltrunk.sim.objects.profile import UPRIGHT, compute_stability, foot_directions
+from spiraltrunk.sim.objects.profile import UPRIGHT
 from spiraltrunk.sim.objects.spec import ObjectSpec
-from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, compute_stable_poses, rotate_up
+from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, build_pose, compute_stable_poses
 from spiraltrunk.sim.objects.tessellation import hull_of_geom
 
 POSES = ("upright", "lying")
@@ -29,7 +29,7 @@ UPRIGHT_COS = 0.985
 TALL = 0.95
 """Least height of an upright pose over that of the tallest one (ours) [-]."""
 
-TALL_FILE = 0.75
+UPRIGHT_SHARE = 0.75
 """Least height over the longest extent from which an object that rests as in its file stands upright, unless it is
 lowest so (ours) [-]. A mug is not as tall as it is long with its handle."""
 
@@ -108,7 +108,7 @@ def take_pose(shape: ObjectSpec, pose: str) -> ObjectSpec:
         pose: "upright", its axis vertical; "lying", its axis horizontal, as it rests most probably, or in its most
             probable pose where it rarely rests so (`LYING_SHARE`); or the place of a stable pose, from 0, the most
             probable first (`compute_stable_poses`). The axis of a box is its longest extent. That of an object from a
-            file is what ``axis=`` names; else the vertical, where its height there is at least `TALL_FILE` of its
+            file is what ``axis=`` names; else the vertical, where its height there is at least `UPRIGHT_SHARE` of its
             longest extent and not its least one; else the longest extent.
 
     Raises:
@@ -143,41 +143,31 @@ def settle(shape: ObjectSpec, up: np.ndarray) -> ObjectSpec:
         for pose in standing:
             if float(pose.rotation[2] @ wanted) >= UPRIGHT_COS:
                 stood, taken = _stand_near(shape, wanted, pose.rotation[2])
-                return _tell_turn(stood, taken, up)
+                return _note_turn(stood, taken, up)
     tallest = max(standing, key=lambda pose: pose.height, default=None)
     if tallest is not None and tallest.height >= TALL * max(pose.height for pose in poses):
         stood = _reframe(shape, _Z_TO_X @ _lay_frame(shape.solid, tallest.rotation[2]), up="x")
-        return _tell_turn(stood, tallest.rotation[2], up)
+        return _note_turn(stood, tallest.rotation[2], up)
     if not poses:
         return shape
     likely = [pose for pose in poses if pose.probability > poses[0].probability * (1 - SAME_SHARE)]
     nearest = max(likely, key=lambda pose: float(pose.rotation[2] @ up))
-    laid, height = _stand_on(shape, nearest.rotation[2]), center_height(shape.solid, up)
-    has_rolled = nearest.topple_angle == 0.0 and abs(nearest.center_height / height - 1) < HEIGHTS_EQUAL
-    return laid if has_rolled else _tell_turn(laid, nearest.rotation[2], up)
-
-
-def compute_topple(solid: Solid, up: np.ndarray) -> float:
-    """Least tilt at which an object falls over that rests with a direction of its frame up; 0 where it rolls [rad]."""
-    turn = rotate_up(up)
-    return compute_stability(solid, turn, foot_directions(solid, turn))[0]
-
-
-def center_height(solid: Solid, up: np.ndarray) -> float:
-    """Height of the centre of mass above the ground with a direction of the frame up [m]."""
-    return float(up @ solid.centroid) + max(float(geom.reach(-up)) for geom in solid.geoms if geom.collides)
+    laid, filed = _stand_on(shape, nearest.rotation[2]), build_pose(shape.solid, up)
+    is_level = abs(nearest.center_height / filed.center_height - 1) < HEIGHTS_EQUAL
+    has_rolled = is_level and nearest.topple_angle == 0.0
+    return laid if has_rolled else _note_turn(laid, nearest.rotation[2], up)
 
 
 def _stand_near(shape: ObjectSpec, wanted: np.ndarray, stable: np.ndarray) -> tuple[ObjectSpec, np.ndarray]:
     """The object that rests with a direction up, or where it does not stand so with a stable one near; and which."""
-    if compute_topple(shape.solid, wanted) >= STANDS:
+    if build_pose(shape.solid, wanted).topple_angle >= STANDS:
         return _stand_on(shape, wanted), wanted
     if abs(float(stable[0])) < UPRIGHT_COS:
         return _stand_on(shape, stable), stable
     return _reframe(shape, _Z_TO_X @ _lay_frame(shape.solid, stable), up="x"), stable
 
 
-def _tell_turn(shape: ObjectSpec, taken: np.ndarray, up: np.ndarray) -> ObjectSpec:
+def _note_turn(shape: ObjectSpec, taken: np.ndarray, up: np.ndarray) -> ObjectSpec:
     """The object with a note where another direction than that of its file, ``up``, was ``taken`` to be up."""
     angle = math.degrees(math.acos(float(np.clip(up @ taken, -1.0, 1.0))))
     if angle < SLIGHT:
@@ -215,7 +205,7 @@ def _along_axis(shape: ObjectSpec) -> ObjectSpec:
     """A box or an object from a file with its axis along x (`take_pose`); another solid has its own axis."""
     is_file = shape.kind in {"mesh", "mjcf"}
     is_lowest = shape.size[2] <= min(shape.size) * (1 + SAME_SHARE)
-    if is_file and shape.up == "z" and shape.size[2] >= TALL_FILE * max(shape.size) and not is_lowest:
+    if is_file and shape.up == "z" and shape.size[2] >= UPRIGHT_SHARE * max(shape.size) and not is_lowest:
         return _reframe(shape, _Z_TO_X, up="x")
     stands = is_file and shape.up == "x"
     if stands or not (is_file or shape.kind == "box") or shape.size[0] >= max(shape.size) * (1 - 1e-9):

@@ -64,7 +64,7 @@ def _compute(solid: Solid) -> tuple[StablePose, ...]:
         chance = float(probabilities[group].sum())
         if chance >= PROBABILITY_LEAST:
             best = group[np.argmax(probabilities[group])]
-            pose = _build(solid, rotate_up(ups[best]), chance)
+            pose = build_pose(solid, ups[best], chance)
             rolls = float((ups[group] @ ups[best]).min()) < ROLLS
             poses.append(replace(pose, topple_angle=0.0) if rolls else pose)
     return tuple(sorted(_unite_rolling(poses), key=lambda pose: -pose.probability))
@@ -84,7 +84,12 @@ def _unite_rolling(poses: list[StablePose]) -> list[StablePose]:
     return united
 
 
-def _build(solid: Solid, turn: np.ndarray, probability: float) -> StablePose:
+def build_pose(solid: Solid, up: np.ndarray, probability: float = 0.0) -> StablePose:
+    """The pose in which an object rests with a direction of its frame up, shape (3,) [-], whether it stays so or not.
+
+    Its angle of falling over is 0 where it would not stay.
+    """
+    turn = rotate_up(up)
     reach = [geom.reach(turn[2]) for geom in solid.geoms if geom.collides]
     depth = [geom.reach(-turn[2]) for geom in solid.geoms if geom.collides]
     topple, _ = compute_stability(solid, turn, foot_directions(solid, turn))

@@ -12,8 +12,8 @@ import numpy as np
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.design.edit import MEASURED, read_field
-from spiraltrunk.design.schema import TABLES, Key, Kind, as_typed, convert_error, format_value, read_value
-from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.design.schema import TABLES, Key, Kind, as_typed, format_value, read_value
+from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import read_field_docs
 from spiraltrunk.studio.page.scale import Scale, is_number, label_with_unit
 
@@ -159,12 +159,11 @@ def as_labelled(error: DesignError) -> DesignError:
     """The error with label and unit of its control, where a control shows what it is about."""
     field, _, index = error.name.partition("[")
     shown = next((each for table in TABLES for each in list_shown(table) if each.name == field), None)
+    typed, place = as_typed(error), index.rstrip("]")
     if shown is None:
-        return as_typed(error)
-    place = index.rstrip("]")
+        return typed
     label = f"{shown.text}, number {int(place) + 1}" if place.isdigit() else shown.text
-    got = Unquoted(format_value(error.got, shown.key)) if isinstance(error.got, float | int | tuple) else error.got
-    return convert_error(error, label, shown.key.unit, got)
+    return DesignError(label, got=typed.got, allowed=typed.allowed)
 
 
 def describe_lost(before: TrunkDesign, after: TrunkDesign) -> str:

@@ -53,7 +53,7 @@ class PartExport:
                 page, "Download parts", self._send, hint="One ZIP file with parts, bill of materials and guide",
                 visible=False,
             )  # fmt: skip
-        page.on_design(lambda _: self._tell_made())
+        page.on_design(lambda _: self._show_made())
 
     def stop(self) -> None:
         """Stop what runs."""
@@ -112,10 +112,10 @@ class PartExport:
         self._page.clear_error("parts")
         name = name_file(self._design, "-parts.zip")
         self._made = name, result
-        self._tell_made()
+        self._show_made()
         self._offer.visible = True
 
-    def _tell_made(self) -> None:
+    def _show_made(self) -> None:
         """Say which file is ready, and whether the design has changed since it was asked for."""
         if self._made is None or self._job is not None:
             return

@@ -79,7 +79,7 @@ class TakeFolder:
         runs = [one.name for one in self.protocol.runs]
         chosen = guess_run(self.protocol, name) if run is None else run
         if chosen not in runs:
-            allowed = f"{', '.join(runs)}{self._tell_protocol()}"
+            allowed = f"{', '.join(runs)}{self._format_way_back()}"
             raise TakeError(f"{name!r} begins with no run's name; choose its run: {allowed}")
         file = self.next_file(ending)
         file.write_bytes(content)
@@ -87,7 +87,7 @@ class TakeFolder:
         self.takes.append(take)
         return take
 
-    def _tell_protocol(self) -> str:
+    def _format_way_back(self) -> str:
         """How to come back to the packaged protocol, where another holds."""
         if self.protocol_file == PACKAGED:
             return ""

@@ -14,6 +14,7 @@ from spiraltrunk.sim.objects.meshes.surface import (
     count_bodies,
     estimate_volume,
     find_fault,
+    label_bodies,
     signed_volume,
 )
 from spiraltrunk.sim.user_files.regular_file import refusal
@@ -172,12 +173,8 @@ def _measure_doubt(mesh: Trimesh, n_face: int) -> float:
         mesh: the surface.
         n_face: number of triangles before; those from there on fill holes.
     """
-    import trimesh
-
-    graph: Any = trimesh.graph  # Untyped.
-    count = len(mesh.faces) - n_face
     joined = mesh.face_adjacency[(mesh.face_adjacency >= n_face).all(axis=1)] - n_face
-    labels = graph.connected_component_labels(joined, node_count=count) if count else np.empty(0, int)
+    labels = label_bodies(joined, len(mesh.faces) - n_face)
     areas = np.bincount(labels, weights=mesh.area_faces[n_face:])
     shares = 2 / 3 * areas * np.sqrt(areas / np.pi) / max(abs(signed_volume(mesh)), 1e-15)
     return float(shares[(np.bincount(labels) > 1) | (shares > CHANGE_MOST)].sum())

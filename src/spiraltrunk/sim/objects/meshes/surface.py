@@ -90,11 +90,15 @@ def signed_volume(mesh: Trimesh) -> float:
 
 def count_bodies(mesh: Trimesh) -> int:
     """Number of bodies of triangles that are joined by edges."""
+    return int(label_bodies(mesh.face_adjacency, len(mesh.faces)).max(initial=-1)) + 1
+
+
+def label_bodies(neighbours: np.ndarray, n_face: int) -> np.ndarray:
+    """Number of the body to which each of ``n_face`` triangles belongs, by pairs of neighbours, shape (n, 2)."""
     import trimesh
 
     graph: Any = trimesh.graph  # Untyped.
-    labels = graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    return int(labels.max(initial=-1)) + 1
+    return np.asarray(graph.connected_component_labels(neighbours, node_count=n_face)) if n_face else np.empty(0, int)
 
 
 def estimate_volume(mesh: Trimesh) -> float:
