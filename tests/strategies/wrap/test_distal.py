@@ -19,7 +19,8 @@ from spiraltrunk.strategies.wrap.assess import RIM
 from spiraltrunk.strategies.wrap.attempts import JAMMED
 from spiraltrunk.strategies.wrap.distal_plan import HEADROOM, find_height, find_rim
 from spiraltrunk.strategies.wrap.set_down import (
-    DISTAL_DRAG,
+    DRAG,
+    OFF,
     center_place,
     is_on_ground,
     righting,
@@ -235,20 +236,40 @@ def test_the_housing_clears_the_ground_when_a_leaning_object_is_set_down() -> No
             assert move.position[2] - housing_sink(PAPER, math.acos(-move.rotation[2, 0])) >= ground + 0.0149
 
 
-def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None:
+@pytest.mark.parametrize("is_distal", [True, False])
+def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends(*, is_distal: bool) -> None:
     state, seen = at_end_of("bring", np.array([0.0, math.sin(0.4), math.cos(0.4)]))
     assert seen.camera is not None
-    centred = center_place(state.sequence, seen, np.array([1.0, 0.0, 0.0]), DISTAL_DRAG)
-    for before, after in zip(state.sequence.moves, centred.moves, strict=True):
+    centred = center_place(state.sequence, seen, np.array([1.0, 0.0, 0.0]), is_distal=is_distal)
+    after = {move.action: move for move in centred.moves}
+    for before in state.sequence.moves:
         if before.action not in ("lower", "uncurl", "open", "draw off", "leave", "rest"):
             continue
         # Lowered, righted and dragged, the object that is seen comes to stand at its place.
-        dragged = PAPER.length * np.array([*DISTAL_DRAG, 0.0])
-        moved = seen.camera.position + after.position - before.position + righting(seen, seen.camera) + dragged
+        dragged = PAPER.length * np.array([*(0.0 * np.array(DRAG) if is_distal else DRAG), 0.0])
+        last = [move for move in state.sequence.moves if move.action == before.action][-1]
+        way = after[before.action].position - last.position
+        moved = seen.camera.position + way + righting(seen, seen.camera) + dragged
         np.testing.assert_allclose((moved - seen.task.goal.place)[:2], 0.0, atol=1e-12)
     lean = righting(seen, seen.camera)
     assert lean[1] < -0.01
     assert lean[0] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("off", "count"), [(0.5 * OFF, 1), (2 * OFF, 2)])
+def test_an_object_far_from_its_place_is_moved_there_once_before_it_is_lowered(off: float, count: int) -> None:
+    state, seen = at_end_of("bring", np.array([0.0, 0.0, 1.0]))
+    assert seen.camera is not None
+    look = replace(seen.camera, position=seen.task.goal.place + np.array([off, 0.0, 0.1]))
+    seen, side, sequence = replace(seen, camera=look), np.array([1.0, 0.0, 0.0]), state.sequence
+    centred = center_place(sequence, seen, side, is_distal=True)
+    brought = [move for move in centred.moves if move.action == "bring"]
+    assert len(brought) == count
+    np.testing.assert_allclose(brought[-1].position[2], sequence.move.position[2])
+    if count == 2:
+        np.testing.assert_allclose((brought[1].position - brought[0].position)[:2], [-off, 0.0], atol=1e-12)
+        again = center_place(replace(centred, index=centred.index + 1), seen, side, is_distal=True)
+        assert len(again.moves) == len(centred.moves)
 
 
 @pytest.mark.parametrize(("rise", "lean", "stands"), [(0.0, 0.0, True), (0.025, 0.0, False), (0.008, 0.4, True),

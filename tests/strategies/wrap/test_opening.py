@@ -288,6 +288,32 @@ def test_a_lean_is_righted_only_once_the_hook_alone_holds() -> None:
     np.testing.assert_allclose(way[[0, 2]], 0.0, atol=1e-12)
 
 
+def test_once_a_wide_object_stands_that_leaned_as_it_was_set_down_the_trunk_springs_open() -> None:
+    sequence, seen = touched_down(0.15, width=0.090)
+    opened = plan_opening(sequence, seen, HEIGHT)
+    loose = opening._loose_pull(PAPER, 0.090)
+    pulls = [relative_pull(move) for move in steps(opened)]
+    soon = next(i for i, pull in enumerate(pulls) if pull <= opening.LAST_WIDE * loose)
+    assert soon < len(pulls) - 1
+    _, upright = touched_down(width=0.090)
+    early, late = (replace(opened, index=opened.index + 1 + i) for i in (soon - 1, soon))
+    assert steps(right(late, seen, HEIGHT)) != []  # It leans.
+    assert steps(right(early, upright, HEIGHT)) != []  # The wrap is too tight.
+    ended = right(late, upright, HEIGHT)
+    assert steps(ended) == []
+    for move in ended.moves[ended.index + 1 :]:
+        if move.action == "open":
+            np.testing.assert_array_equal(move.position, late.move.position)
+            np.testing.assert_array_equal(move.rotation, late.move.rotation)
+    planned, left = (next(m.position for m in each.moves if m.action == "draw off") for each in (opened, ended))
+    np.testing.assert_allclose((left - late.move.position - planned + steps(opened)[-1].position)[:2], 0.0, atol=1e-12)
+
+
+def test_a_narrow_object_that_stands_is_followed_to_the_last_step() -> None:
+    sequence, seen = during(-2)
+    assert len(steps(right(sequence, seen, HEIGHT))) == 1
+
+
 @pytest.mark.parametrize("lean", [0.01, 0.1])
 def test_it_springs_open_round_an_upright_object_and_rights_another_but_not_for_ever(lean: float) -> None:
     sequence, seen = during(-1, lean=lean)

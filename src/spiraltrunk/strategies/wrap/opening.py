@@ -9,8 +9,8 @@ as the housing clears the ground, the base turns with the sagging hook, so that 
 leans as it touches down is set upright by the time at which only the hook holds it, and what still leans then is
 righted by what the camera sees. When the pull has fallen to `LAST`, the hook holds by little. Once the object stands
 upright, it springs open. Beside an object wider than `WIDE` the tail curls up without closing round it, and the tail's
-back would drag the object as the base follows. If such an object stands when it is set down, the trunk springs open at
-`LAST_WIDE` of the loose pull.
+back would drag the object as the base follows. Once such an object stands, the trunk springs open at `LAST_WIDE` of
+the loose pull.
 """
 
 from __future__ import annotations
@@ -152,18 +152,38 @@ def right(sequence: MoveSequence, observation: Observation, height: float) -> Mo
     """The sequence with the remaining steps shifted against a lean that is seen, once only the hook holds the object.
 
     Before, the object leans as the wrap does. After the last step the trunk springs open, or the object is righted in
-    one step more.
+    one step more. From a wide object that stands by then it springs open at once.
     """
     camera, design, now = observation.camera, observation.task.design, sequence.move
-    loose = _loose_pull(design, girth_width(observation.task.target, height))
-    if camera is None or _relative_pull(design, now.tension) > 1.02 * loose:
+    width = girth_width(observation.task.target, height)
+    pull = _relative_pull(design, now.tension)
+    if camera is None or pull > 1.02 * _loose_pull(design, width):
         return sequence
+    if _may_open_soon(observation, camera, width) and pull <= 1.02 * _find_last(observation, camera, width):
+        return _end_opening(sequence)
     if sequence.moves[sequence.index + 1].action != "uncurl":
         last = sum(np.array_equal(move.tension, now.tension) for move in sequence.moves if move.action == "uncurl")
         if last > RIGHTINGS or abs(float(camera.axis[2])) > math.cos(UPRIGHT):
             return sequence
         sequence = insert_next(sequence, (replace(now, duration=RIGHTING_TIME),))
     return shift_later(sequence, RIGHT * righting(observation, camera))
+
+
+def _end_opening(sequence: MoveSequence) -> MoveSequence:
+    """The sequence without the steps of the opening that are left; what follows begins where the base is now."""
+    now, later = sequence.move, sequence.moves[sequence.index + 1 :]
+    left = [move for move in later if move.action == "uncurl"]
+    if not left:
+        return sequence
+    way = (now.position - left[-1].position) * [1.0, 1.0, 0.0]
+
+    def follow(move: Move) -> Move:
+        if move.action == "open":
+            return replace(move, position=now.position, rotation=now.rotation)
+        return replace(move, position=move.position + way)
+
+    rest = (follow(move) for move in later if move.action != "uncurl")
+    return replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *rest))
 
 
 def _plan_steps(
@@ -193,10 +213,15 @@ def _plan_steps(
 
 def _find_last(observation: Observation, camera: CameraObservation, width: float) -> float:
     """Pull from which the trunk springs open, over the one that shuts joint 1 [-]."""
-    design = observation.task.design
+    if not _may_open_soon(observation, camera, width):
+        return LAST
+    return max(LAST, LAST_WIDE * _loose_pull(observation.task.design, width))
+
+
+def _may_open_soon(observation: Observation, camera: CameraObservation, width: float) -> bool:
+    """Whether the object is wide and stands."""
     stands = is_on_ground(observation) and abs(float(camera.axis[2])) > math.cos(LEAN_MOST)
-    is_wide = width > WIDE * design.length
-    return max(LAST, LAST_WIDE * _loose_pull(design, width)) if stands and is_wide else LAST
+    return stands and width > WIDE * observation.task.design.length
 
 
 def _choose_pulls(design: TrunkDesign, width: float, held: float, last: float) -> tuple[list[float], int]:

@@ -16,13 +16,16 @@ from spiraltrunk.strategies.wrap.attempts import has_toppled
 from spiraltrunk.strategies.wrap.standing_plan import clear_height
 from spiraltrunk.strategies.wrap.upright import set_down_upright
 
-DRAG, DISTAL_DRAG = (-0.028, 0.0), (-0.020, -0.040)
-"""Displacements aside and ahead by which the opening trunk drags an object on average, of a full and of a distal wrap,
-over the trunk's length [-] (ours, tuned in simulated trials): it is set down as far on the other side."""
+DRAG = (-0.013, 0.003)
+"""Displacement aside and ahead by which the opening trunk drags an object on average, of a full wrap, over the trunk's
+length [-] (ours, tuned in simulated trials): it is set down as far on the other side. A distal wrap drags by none."""
 UNKNOWN = 0.1
 """Error of the object's announced size, over the size [-] (ours)."""
 LOOK_ERROR = 0.005
 """Error of the camera [m] (ours)."""
+OFF, CENTRING_TIME = 0.008, 0.4
+"""Distance from where an object is to be over its place from which it is first moved there [m], and the least time for
+it [s] (ours): the lowering ends where the ground is met, before the whole of its way aside."""
 STILL = 0.002
 """Way of the released object's top from one look of the camera to the next from which it still moves [m]: a camera's
 errors vary by less. A tall box that is let go rocks on its edges."""
@@ -50,23 +53,29 @@ def set_down_clear(sequence: MoveSequence, observation: Observation, ground_gap:
 
 
 def center_place(
-    sequence: MoveSequence, observation: Observation, side: np.ndarray, drag: tuple[float, float]
+    sequence: MoveSequence, observation: Observation, side: np.ndarray, *, is_distal: bool
 ) -> MoveSequence:
     """The sequence with the object, seen above its place, set down where its righting and its drag end at the place.
+
+    An object that is farther than OFF from there is moved there once before it is lowered.
 
     Args:
         sequence: moves, the present one at its end.
         observation: what is seen; without a camera the sequence is unchanged.
         side: horizontal direction in which the trunk curls, shape (3,) [-].
-        drag: `DRAG` or `DISTAL_DRAG`.
+        is_distal: whether the wrap is a distal one.
     """
     if observation.camera is None:
         return sequence
-    aside, ahead = drag
+    aside, ahead = (0.0, 0.0) if is_distal else DRAG
     dragged = observation.task.design.length * (aside * side + ahead * np.cross([0.0, 0.0, 1.0], side))
     place = observation.task.goal.place - dragged
     way = (place - righting(observation, observation.camera) - observation.camera.position) * [1.0, 1.0, 0.0]
-    return shift_later(sequence, way)
+    now, is_first = sequence.move, [move.action for move in sequence.moves].count("bring") == 1
+    sequence = shift_later(sequence, way)
+    if not is_first or float(np.linalg.norm(way)) <= OFF:
+        return sequence
+    return insert_next(sequence, (replace(now, duration=CENTRING_TIME, position=now.position + way),))
 
 
 def is_on_ground(observation: Observation) -> bool:
