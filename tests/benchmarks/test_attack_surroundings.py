@@ -57,6 +57,7 @@ def test_what_is_missing_is_one_line(attack, work, command: str, what: str, code
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_small_verbs_hold_in_all_surroundings(attack, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2] / "src"))
     assert attack.main([str(tmp_path), "--commands", ";".join(attack.SMALL)]) == 0, capsys.readouterr().err

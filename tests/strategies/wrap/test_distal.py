@@ -15,11 +15,12 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move, base_position
+from spiraltrunk.strategies.wrap.arm_lag import LAG
 from spiraltrunk.strategies.wrap.assess import RIM
 from spiraltrunk.strategies.wrap.attempts import JAMMED
 from spiraltrunk.strategies.wrap.distal_plan import HEADROOM, find_height, find_rim
 from spiraltrunk.strategies.wrap.set_down import (
-    DRAG,
+    DISTAL_DRAG,
     OFF,
     center_place,
     is_on_ground,
@@ -70,7 +71,11 @@ def at_end_of(action: str, axis: np.ndarray) -> tuple[StandingState, Observation
     since = seen.time - state.sequence.moves[at].duration
     base = state.sequence.moves[at].position
     look = CameraObservation(time=seen.time, position=base + np.array([0.1, 0.07, -0.03]), axis=axis)
-    return replace(state, sequence=replace(state.sequence, index=at, since=since)), replace(seen, camera=look)
+    begun = state.sequence.start
+    frame = begun.T_world_base.copy()
+    frame[:3, 3] = base  # It does not move any more.
+    sequence = replace(state.sequence, index=at, since=since, start=replace(begun, T_world_base=frame))
+    return replace(state, sequence=sequence), replace(seen, camera=look)
 
 
 @pytest.mark.parametrize(
@@ -236,17 +241,16 @@ def test_the_housing_clears_the_ground_when_a_leaning_object_is_set_down() -> No
             assert move.position[2] - housing_sink(PAPER, math.acos(-move.rotation[2, 0])) >= ground + 0.0149
 
 
-@pytest.mark.parametrize("is_distal", [True, False])
-def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends(*, is_distal: bool) -> None:
+def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None:
     state, seen = at_end_of("bring", np.array([0.0, math.sin(0.4), math.cos(0.4)]))
     assert seen.camera is not None
-    centred = center_place(state.sequence, seen, np.array([1.0, 0.0, 0.0]), is_distal=is_distal)
+    centred = center_place(state.sequence, seen, np.array([1.0, 0.0, 0.0]), DISTAL_DRAG)
     after = {move.action: move for move in centred.moves}
     for before in state.sequence.moves:
         if before.action not in ("lower", "uncurl", "open", "draw off", "leave", "rest"):
             continue
         # Lowered, righted and dragged, the object that is seen comes to stand at its place.
-        dragged = PAPER.length * np.array([*(0.0 * np.array(DRAG) if is_distal else DRAG), 0.0])
+        dragged = PAPER.length * np.array([*DISTAL_DRAG, 0.0])
         last = [move for move in state.sequence.moves if move.action == before.action][-1]
         way = after[before.action].position - last.position
         moved = seen.camera.position + way + righting(seen, seen.camera) + dragged
@@ -262,14 +266,31 @@ def test_an_object_far_from_its_place_is_moved_there_once_before_it_is_lowered(o
     assert seen.camera is not None
     look = replace(seen.camera, position=seen.task.goal.place + np.array([off, 0.0, 0.1]))
     seen, side, sequence = replace(seen, camera=look), np.array([1.0, 0.0, 0.0]), state.sequence
-    centred = center_place(sequence, seen, side, is_distal=True)
+    centred = center_place(sequence, seen, side, (0.0, 0.0))
     brought = [move for move in centred.moves if move.action == "bring"]
     assert len(brought) == count
     np.testing.assert_allclose(brought[-1].position[2], sequence.move.position[2])
     if count == 2:
         np.testing.assert_allclose((brought[1].position - brought[0].position)[:2], [-off, 0.0], atol=1e-12)
-        again = center_place(replace(centred, index=centred.index + 1), seen, side, is_distal=True)
-        assert len(again.moves) == len(centred.moves)
+        moved = replace(centred, index=centred.index + 1)
+        assert center_place(moved, seen, side, (0.0, 0.0)) is moved
+
+
+def test_where_the_camera_looked_before_the_arm_stopped_the_rest_of_its_way_counts() -> None:
+    state, seen = at_end_of("bring", np.array([0.0, 0.0, 1.0]))
+    frame = state.sequence.start.T_world_base.copy()
+    frame[:3, 3] += [0.1, -0.05, 0.0]
+    moving = replace(state.sequence, start=replace(state.sequence.start, T_world_base=frame))
+    side, duration = np.array([1.0, 0.0, 0.0]), state.sequence.move.duration
+    ends = []
+    for age in (0.0, 0.4 * duration):
+        time = seen.time - age
+        left = moving.move.position - base_position(moving, time - LAG)
+        look = CameraObservation(time=time, position=seen.task.goal.place - left, axis=np.array([0.0, 0.0, 1.0]))
+        centred = center_place(moving, replace(seen, camera=look), side, (0.0, 0.0))
+        ends.append([move.position for move in centred.moves[-5:]])
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)
+    np.testing.assert_allclose(ends[0], [move.position for move in moving.moves[-5:]], atol=1e-12)
 
 
 @pytest.mark.parametrize(("rise", "lean", "stands"), [(0.0, 0.0, True), (0.025, 0.0, False), (0.008, 0.4, True),

@@ -484,3 +484,11 @@ def test_the_grounds_blow_does_not_take_the_wrist_to_its_limit(shape: str, seed:
     trial = run_trial(PAPER, parse_object(shape), strategy="wrap-horizontal", seed=seed)
     torque = np.array([sample.arm_torque for sample in trial.plant.trace])
     assert (np.abs(torque) < trial.plant.arm_limits.torque).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("shape", "seed"), [("box-80", 1327070126), ("cylinder-90", 3241803871)])
+def test_what_leans_as_it_is_lowered_is_set_down_at_its_place(shape: str, seed: int) -> None:
+    trial = run_trial(PAPER, parse_object(shape), strategy="wrap-horizontal", seed=seed)
+    assert trial.verdict.success, trial.verdict.reason
+    assert trial.verdict.place_error < 0.04

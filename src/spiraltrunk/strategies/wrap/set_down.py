@@ -11,14 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Observation
-from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, insert_next, shift_later
+from spiraltrunk.strategies.moves import Move, MoveSequence, base_position, edit_moves, insert_next, shift_later
+from spiraltrunk.strategies.wrap.arm_lag import LAG
 from spiraltrunk.strategies.wrap.attempts import has_toppled
 from spiraltrunk.strategies.wrap.standing_plan import clear_height
 from spiraltrunk.strategies.wrap.upright import set_down_upright
 
-DRAG = (-0.013, 0.003)
-"""Displacement aside and ahead by which the opening trunk drags an object on average, of a full wrap, over the trunk's
-length [-] (ours, tuned in simulated trials): it is set down as far on the other side. A distal wrap drags by none."""
+DRAG, DISTAL_DRAG = (-0.020, 0.005), (-0.010, -0.025)
+"""Displacements aside and ahead by which the opening trunk drags an object on average, of a full and of a distal wrap,
+over the trunk's length [-] (ours, tuned in simulated trials): it is set down as far on the other side."""
 UNKNOWN = 0.1
 """Error of the object's announced size, over the size [-] (ours)."""
 LOOK_ERROR = 0.005
@@ -53,27 +54,28 @@ def set_down_clear(sequence: MoveSequence, observation: Observation, ground_gap:
 
 
 def center_place(
-    sequence: MoveSequence, observation: Observation, side: np.ndarray, *, is_distal: bool
+    sequence: MoveSequence, observation: Observation, side: np.ndarray, drag: tuple[float, float]
 ) -> MoveSequence:
     """The sequence with the object, seen above its place, set down where its righting and its drag end at the place.
 
-    An object that is farther than OFF from there is moved there once before it is lowered.
+    An object that is farther than OFF from there is moved there first, and then lowered straight down.
 
     Args:
         sequence: moves, the present one at its end.
         observation: what is seen; without a camera the sequence is unchanged.
         side: horizontal direction in which the trunk curls, shape (3,) [-].
-        is_distal: whether the wrap is a distal one.
+        drag: `DRAG` or `DISTAL_DRAG`.
     """
-    if observation.camera is None:
+    camera, now = observation.camera, sequence.move
+    if camera is None or [move.action for move in sequence.moves].count("bring") > 1:
         return sequence
-    aside, ahead = (0.0, 0.0) if is_distal else DRAG
+    aside, ahead = drag
     dragged = observation.task.design.length * (aside * side + ahead * np.cross([0.0, 0.0, 1.0], side))
     place = observation.task.goal.place - dragged
-    way = (place - righting(observation, observation.camera) - observation.camera.position) * [1.0, 1.0, 0.0]
-    now, is_first = sequence.move, [move.action for move in sequence.moves].count("bring") == 1
+    since_look = now.position - base_position(sequence, camera.time - LAG)  # The camera looks twice a second.
+    way = (place - righting(observation, camera) - camera.position - since_look) * [1.0, 1.0, 0.0]
     sequence = shift_later(sequence, way)
-    if not is_first or float(np.linalg.norm(way)) <= OFF:
+    if float(np.linalg.norm(way)) <= OFF:
         return sequence
     return insert_next(sequence, (replace(now, duration=CENTRING_TIME, position=now.position + way),))
 

@@ -77,6 +77,8 @@ from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_wrap
 from spiraltrunk.strategies.wrap.light_object import HIGH, describe_no_load, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.set_down import (
+    DISTAL_DRAG,
+    DRAG,
     center_place,
     is_on_ground,
     rest_until_still,
@@ -237,7 +239,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             if action == "steady":
                 sequence = lift_further(_stiffen(sequence, state, observation), observation, state.stood)
         if action == "bring":
-            sequence = center_place(sequence, observation, state.side, is_distal=state.is_distal)
+            sequence = center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
         if action == "lower":
             sequence = plan_opening(sequence, observation, state.height)
         if action == "uncurl":
