@@ -25,6 +25,15 @@ LONG = ObjectProfile(
 UP, LEVEL = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 
+def _flat(ratio):
+    """A prism of 240 mm whose one side is ``ratio`` times the other."""
+    side = np.full(2, 0.05)
+    return ObjectProfile(
+        height=np.array([0.0, 0.24]), width_least=side, width_most=ratio * side, girth=2 * (1 + ratio) * side,
+        center_height=0.12, topple_angle=0.2, support_radius=0.025,
+    )  # fmt: skip
+
+
 def _task(width, length, mass, *, kind="cylinder", axis=UP, ground=GROUND, design=PAPER, profile=None):
     height = length if axis == UP else width
     target = Target(
@@ -107,7 +116,9 @@ def test_names_tell_what_grips_are_meant_for():
     [
         ("tip-grip", [_task(0.03, 0.03, mass) for mass in (0.02, 0.1, 0.2, 0.24)]),
         ("pinch", [_task(width, 0.15, 0.05, kind="box", axis=LEVEL) for width in (0.02, 0.0335, 0.034, 0.0348)]),
-        ("wrap-oblique", [_task(0.06, 0.24, mass) for mass in (0.3, 0.2, 0.1, 0.06)]),
+        ("wrap-oblique", [_task(0.06, 0.24, mass) for mass in (0.3, 0.055, 0.04, 0.03)]),
+        ("wrap-oblique-low", [_task(0.06, height, 0.2) for height in (0.24, 0.19, 0.14, 0.1)]),
+        ("wrap-horizontal", [_task(0.06, 0.24, 0.3, profile=_flat(ratio)) for ratio in (1.0, 1.1, 1.5, 2.2)]),
         ("wrap-horizontal", [_task(0.06, 0.24, mass) for mass in (0.4, 1.1, 1.4)]),
     ],
 )
@@ -149,11 +160,12 @@ def test_fingers_press_with_what_their_cables_give():
 
 def test_a_margin_counts_from_half_to_whole():
     assert [margin_factor(margin, 0.2) for margin in (-1.0, 0.0, 0.1, 0.2, 9.0)] == [0.5, 0.5, 0.75, 1.0, 1.0]
+    assert [margin_factor(margin, 0.2, 0.2) for margin in (-1.0, 0.1, 9.0)] == pytest.approx([0.2, 0.6, 1.0])
 
 
 def test_a_reason_tells_what_the_score_is_made_of():
     reasons = {name: _assess(name, 0.09, 0.24, 0.3).reason for name in RATES if name != "wrap-vertical"}
     assert len(set(reasons.values())) == 3
     assert all(f"; rate {RATES[name]:g}" in reason for name, reason in reasons.items())
-    assert _assess("flip-grip", 0.03, 0.03, 0.02).reason.endswith("; rate 0.98, times 0.95 for flip")
+    assert _assess("flip-grip", 0.03, 0.03, 0.02).reason.endswith("; rate 0.94, times 0.95 for flip")
     assert ", times 0.5" in _assess("tip-grip", 0.0349, 0.03, 0.02).reason

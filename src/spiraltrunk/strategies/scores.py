@@ -5,7 +5,7 @@ from __future__ import annotations
 from spiraltrunk.control.strategy import Assessment
 
 AT_LIMIT = 0.5
-"""Factor of a margin that is used up [-] (ours)."""
+"""Factor of a margin that is used up [-] (ours), where trials did not tell another."""
 
 RATE = "; rate "
 """What stands between a reason and the rate of success."""
@@ -16,9 +16,9 @@ def refuse(reason: str) -> Assessment:
     return Assessment(feasible=False, score=0.0, reason=reason)
 
 
-def margin_factor(margin: float, ample: float) -> float:
-    """Factor of a margin: AT_LIMIT at 0 or less, linear up to 1 at ``ample``, of the margin's unit [-]."""
-    return AT_LIMIT + (1 - AT_LIMIT) * min(1.0, max(0.0, margin / ample))
+def margin_factor(margin: float, ample: float, at_limit: float = AT_LIMIT) -> float:
+    """Factor of a margin: ``at_limit`` [-] at 0 or less, linear up to 1 at ``ample``, of the margin's unit [-]."""
+    return at_limit + (1 - at_limit) * min(1.0, max(0.0, margin / ample))
 
 
 def accept(rate: float, factors: dict[str, float], reason: str) -> Assessment:

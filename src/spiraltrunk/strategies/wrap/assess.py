@@ -22,14 +22,21 @@ from spiraltrunk.strategies.wrap.standing import StandingWrap
 from spiraltrunk.strategies.wrap.standing_model import loop_band, wrapped_width
 from spiraltrunk.strategies.wrap.unsteady import push_that_topples
 
-RATES = {"wrap-vertical": 0.98, "wrap-oblique-low": 0.95, "wrap-oblique": 0.92, "wrap-horizontal": 0.94}
-"""Rates of success with ample margins [-], of an earlier count over the catalogue (docs/validation/strategies.md)."""
+RATES = {"wrap-vertical": 0.98, "wrap-oblique-low": 0.98, "wrap-oblique": 0.95, "wrap-horizontal": 0.97}
+"""Rates of success with ample margins [-] (ours). That of `wrap-oblique-low` and the factors below are fitted to the
+first tries with 658 drawn everyday things (docs/howto/choose.md); the others have the ratios of earlier counts over the
+catalogue."""
 TOUCH_FORCE = 0.055
 """Horizontal force with which the trunk pushes a standing object as it closes and opens, at least [N] (ours): of 6
 drawn objects that topple at 0.04 to 0.055 N two were lifted and set down in their place, of 4 at 0.055 to 0.075 N three
 (simulated trials, docs/validation/everyday.md)."""
-AMPLE_TOPPLE = 0.4
-"""Force beyond it by which an object stands with an ample margin [N] (ours)."""
+AMPLE_TOPPLE, AT_TOPPLE = 0.06, 0.52
+"""Force beyond it by which an object stands with an ample margin [N], and the factor without a margin [-] (fitted)."""
+AMPLE_HEIGHT, AT_HEIGHT = 0.23, 0.66
+"""Height beyond `LOW` that is ample, over the trunk's length, and the factor without a margin [-] (fitted)."""
+ROUND, SIDES_MOST, AT_SIDES = 1.1, 2.7, 0.63
+"""Ratio of the widths seen from above up to which no chance is lost, and from which the factor is the third [-]
+(fitted)."""
 FLAT = 3.5
 """Largest ratio of the widths seen from above that a loop holds [-] (ours)."""
 RIM = 0.75
@@ -62,10 +69,11 @@ two were lifted and set down, of 86 lighter ones as low 50."""
 LOW = 0.147
 """Least height of a standing object, over the trunk's length [-] (ours): of 9 drawn things below 74 mm three were
 lifted and set down, the six others toppled as the tail went round them."""
-AMPLE_WIDTH = 0.15
-"""Distance from the ends of the graspable range with an ample margin, over the width [-] (ours): trials draw 10 %."""
-AMPLE_LOAD = 0.5
-"""Part of that mass that is left with an ample margin [-] (ours)."""
+AMPLE_WIDTH, AT_WIDTH = 0.15, 0.3
+"""Distance from the ends of the graspable range with an ample margin, over the width (ours: trials draw 10 %), and the
+factor without a margin (fitted) [-]."""
+AMPLE_LOAD, AT_LOAD = 0.5, 0.2
+"""Part of that mass that is left with an ample margin (ours), and the factor without a margin (fitted) [-]."""
 SHORT = 1.5
 """Least length of a hung object over its width [-] (ours): a shorter one slips out of the loop sideways."""
 
@@ -112,7 +120,11 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
     tall, lowest = height_of(target), LOW * design.length
     if tall < lowest:
         return refuse(f"too short by {_compare(tall, lowest)} of height or more")
-    factors = _margins(task, around, heaviest) | {"topple": margin_factor(force - TOUCH_FORCE, AMPLE_TOPPLE)}
+    factors = _margins(task, around, heaviest) | {
+        "topple": margin_factor(force - TOUCH_FORCE, AMPLE_TOPPLE, AT_TOPPLE),
+        "height": margin_factor(tall - lowest, AMPLE_HEIGHT * design.length, AT_HEIGHT),
+        "unequal sides": _sides_factor(target),
+    }
     stands = f"topples at {force:.2g} N"
     return accept(
         RATES.get(strategy.name, min(RATES.values())),
@@ -218,9 +230,15 @@ def _is_oblong(target: Target) -> bool:
 def _margins(task: Task, width: float, heaviest: float) -> dict[str, float]:
     least, most = wrapped_range(task.design)
     return {
-        "width": margin_factor(min(most - width, width - least) / width, AMPLE_WIDTH),
-        "load": margin_factor(1 - task.target.mass / heaviest, AMPLE_LOAD),
+        "width": margin_factor(min(most - width, width - least) / width, AMPLE_WIDTH, AT_WIDTH),
+        "load": margin_factor(1 - task.target.mass / heaviest, AMPLE_LOAD, AT_LOAD),
     }
+
+
+def _sides_factor(target: Target) -> float:
+    """Factor of the widths' ratio seen from above [-]; what has a handle counts with it."""
+    least, most = widths_between(target, *loop_band(target))
+    return margin_factor(SIDES_MOST - most / least, SIDES_MOST - ROUND, AT_SIDES)
 
 
 def _describe(task: Task, width: float, heaviest: float) -> str:
