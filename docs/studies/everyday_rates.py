@@ -94,6 +94,22 @@ def format_choice(rates: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def format_scores(rates: dict[str, Any], parts: int = 4) -> str:
+    """Predicted chances and rates of first tries: all feasible things of the choice, in parts of equal size by score."""
+    tried = [row for row in rates["choice"] if row["auto"] is not None and row["auto"]["tries"][0] in row["feasible"]]
+    pairs = sorted(
+        (row["feasible"][row["auto"]["tries"][0]], row["auto"]["success"] and len(row["auto"]["tries"]) == 1)
+        for row in tried
+    )
+    lines = ["| score of the first try | in the mean | first tries that succeeded |", "|---|---|---|"]
+    for k in range(parts):
+        part = pairs[k * len(pairs) // parts : (k + 1) * len(pairs) // parts]
+        scores, outcomes = [score for score, _ in part], [outcome for _, outcome in part]
+        mean = sum(scores) / len(scores)
+        lines.append(f"| {scores[0]:.2f} to {scores[-1]:.2f} | {mean:.2f} | {format_rate(outcomes)} |")
+    return "\n".join(lines)
+
+
 def format_rate(outcomes: Sequence[bool]) -> str:
     """A rate with its 95 % Wilson interval."""
     if not outcomes:

@@ -19,7 +19,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from everyday_rates import format_choice, format_rates, load_rates
+from everyday_rates import format_choice, format_rates, format_scores, load_rates
 from everyday_rules import compute_rules
 from PIL import Image, ImageDraw
 
@@ -70,6 +70,9 @@ def main(arguments: Sequence[str]) -> int:
     if len(folders) > 1:
         print("make_everyday: given several folders; allowed: one, of study_everyday.py's pictures", file=sys.stderr)
         return 2
+    if folders and not Path(folders[0]).is_dir():
+        print(f"make_everyday: given {folders[0]!r}; allowed: --rules, and a folder that exists", file=sys.stderr)
+        return 2
     figures = load_figures()
     rules = {design: compute_rules(presets.get(design)) for design in DESIGNS} if "--rules" in arguments else None
     write_text(PAGE, fill_page(PAGE.read_text(), figures, rules))
@@ -92,6 +95,7 @@ def fill_page(page: str, figures: dict[str, Any], rules: Mapping[str, Mapping[st
         "refusals": format_refusals(figures),
         "rates": format_rates(figures["rates"]),
         "choice": format_choice(figures["rates"]),
+        "scores": format_scores(figures["rates"]),
     } | ({} if rules is None else {"rules": format_rules(rules)})
     for name, text in tables.items():
         pattern = rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)"

@@ -50,6 +50,17 @@ def test_the_page_tells_the_rows(study: ModuleType) -> None:
     assert study.fill_page(PAGE, wrong) != PAGE
 
 
+def test_scores_are_told_beside_the_first_tries_that_they_foretold(study: ModuleType) -> None:
+    won = {"auto": {"success": True, "tries": ["pinch"]}, "feasible": {"pinch": 0.9}}
+    second = {"auto": {"success": True, "tries": ["pinch", "tip-grip"]}, "feasible": {"pinch": 0.5, "tip-grip": 0.4}}
+    refused = {"auto": None, "feasible": {}}
+    told = study.format_scores({"choice": [won, won, second, refused, second]}, parts=2).splitlines()[2:]
+    assert told == [
+        "| 0.50 to 0.50 | 0.50 | 0 of 2 (0 to 66 %) |",
+        "| 0.90 to 0.90 | 0.90 | 2 of 2 (34 to 100 %) |",
+    ]
+
+
 def test_rates_are_told_with_their_intervals_and_failures_by_cause(study: ModuleType) -> None:
     taken = {"part": "lying", "seed": 3, "success": True, "held": True, "upright": False, "cause": None}
     lost = taken | {"seed": 4, "success": False, "cause": "toppled"}
