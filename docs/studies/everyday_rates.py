@@ -95,7 +95,7 @@ def format_choice(rates: dict[str, Any]) -> str:
 
 
 def format_scores(rates: dict[str, Any], parts: int = 4) -> str:
-    """Predicted chances and rates of first tries: all feasible things of the choice, in parts of equal size by score."""
+    """Predicted chances and rates of first tries of the things called feasible, in parts of equal size by score."""
     tried = [row for row in rates["choice"] if row["auto"] is not None and row["auto"]["tries"][0] in row["feasible"]]
     pairs = sorted(
         (row["feasible"][row["auto"]["tries"][0]], row["auto"]["success"] and len(row["auto"]["tries"]) == 1)

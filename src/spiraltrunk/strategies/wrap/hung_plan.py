@@ -58,10 +58,10 @@ OVERSHOOT = 0.3
 """Depth below the expected touch-down to which the base is lowered in search of the table [-]."""
 NEAR = 0.045
 """Height above the expected touch-down from which the object is lowered slowly [-]. From 0.08 its low end still had 19
-to 97 mm to the table, of 40 mm planned; from less some would meet it before the arm has slowed down."""
+to 97 mm to the table in simulated trials, of 40 mm planned."""
 NEAR_TILTED = 2.0
-"""Addition for an object that is held beside its middle, over that lever [-]: its low end touches early. At 1.25 and 1.5
-some meet the table while the arm still slows down, and its torques pass their limit."""
+"""Addition for an object that is held beside its middle, over that lever [-]: its low end touches early. At 1.25
+and 1.5 some met the table while the arm still slowed down, and its torques passed their limit (simulated trials)."""
 TOUCH_SPEED = 0.029
 """Speed at which an object is set down [m/s]: a shut trunk is stiff, and passes the impact on to the arm, whose last
 joints bear 12 N m. From 0.035 on, some meet that limit, and long trunks before (`touch_speed`)."""
