@@ -11,7 +11,7 @@ from typing import final
 from spiraltrunk import __version__
 from spiraltrunk.cli.arguments import Parser
 from spiraltrunk.cli.missing_package import describe_missing
-from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, UsageError, complain, put
+from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, UsageError, complain, put, send
 from spiraltrunk.cli.signals import run_interruptibly
 from spiraltrunk.cli.verbs import (
     bench,
@@ -47,10 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: Sequence[str] | None) -> int:
     try:
-        arguments = _build_parser().parse_args(argv)
-        return put(*arguments.run(arguments))
-    except SystemExit as stop:  # Help and version.
-        return int(stop.code or 0)
+        return _answer(argv)
     except BrokenPipeError:
         return DONE
     except RunError as error:
@@ -67,6 +64,14 @@ def _run(argv: Sequence[str] | None) -> int:
             return complain(f"error: cannot write: {reason}", BAD_INPUT)
         allowed = "allowed: a file or folder that can be read and written"
         return complain(f"error: {error.filename!r}: {reason}; {allowed}", BAD_INPUT)
+
+
+def _answer(argv: Sequence[str] | None) -> int:
+    try:
+        arguments = _build_parser().parse_args(argv)
+        return put(*arguments.run(arguments))
+    except SystemExit as stop:  # Help and version.
+        return send(int(stop.code or 0))
 
 
 @final

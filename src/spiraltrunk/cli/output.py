@@ -31,16 +31,31 @@ def put(code: int, text: str) -> int:
     """Print the text and return the code; a closed pipe is no error, a full disc is."""
     if sys.stdout is None:  # Started with its standard output closed.
         return code
-    try:
+    with _sending():
         # Names of files that are no UTF-8 have half surrogates.
         print(text.encode(sys.stdout.encoding or "utf-8", "backslashreplace").decode(sys.stdout.encoding or "utf-8"))
+    return code
+
+
+def send(code: int) -> int:
+    """Send what has been printed, such as a help, and return the code; a closed pipe is no error, a full disc is."""
+    if sys.stdout is not None:
+        with _sending():
+            pass
+    return code
+
+
+@contextmanager
+def _sending() -> Iterator[None]:
+    """Flush standard output at the end."""
+    try:
+        yield
         sys.stdout.flush()
     except OSError as error:
         # Python would report the error again at exit, when it flushes the buffer.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if not isinstance(error, BrokenPipeError):
             raise
-    return code
 
 
 def complain(message: str, code: int) -> int:

@@ -104,7 +104,7 @@ def command_at(sequence: MoveSequence, time: float) -> Command:
 
 
 def base_position(sequence: MoveSequence, time: float) -> np.ndarray:
-    """Commanded position of the base at ``time`` [s], shape (3,) [m]."""
+    """Commanded position of the base at ``time`` [s], shape (3,) [m]; before the move began, where it began."""
     return command_at(sequence, time).T_world_base[:3, 3]
 
 

@@ -1,4 +1,4 @@
-"""Scores of assessments: the predicted chance of success as a base rate times one factor for each margin."""
+"""Scores of assessments: the predicted chance that a first try succeeds, a rate times one factor for each margin."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def accept(rate: float, factors: dict[str, float], reason: str) -> Assessment:
     """The assessment of a feasible task.
 
     Args:
-        rate: measured rate of success where all margins are ample [-].
+        rate: rate of success of first tries where all margins are ample [-].
         factors: factor of each margin, as of `margin_factor`, under what limits it [-].
         reason: what decides, in words and numbers; the rate and the factors below 1 are told after it.
     """

@@ -32,7 +32,7 @@ def hang_after_third(number: int) -> int:
 
 
 def tell_threads(name: str) -> str | None:
-    print("what a library prints")
+    print("what a library prints", flush=True)
     return os.environ.get(name)
 
 

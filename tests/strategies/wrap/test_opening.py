@@ -309,9 +309,15 @@ def test_once_a_wide_object_stands_that_leaned_as_it_was_set_down_the_trunk_spri
     np.testing.assert_allclose((left - late.move.position - planned + steps(opened)[-1].position)[:2], 0.0, atol=1e-12)
 
 
-def test_a_narrow_object_that_stands_is_followed_to_the_last_step() -> None:
-    sequence, seen = during(-2)
-    assert len(steps(right(sequence, seen, HEIGHT))) == 1
+def test_a_narrow_object_that_stands_is_followed_to_the_last_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    sequence, seen = touched_down(0.15, width=0.090)
+    opened = plan_opening(sequence, seen, HEIGHT)
+    soon = opening.LAST_WIDE * opening._loose_pull(PAPER, 0.090)
+    first = next(i for i, move in enumerate(steps(opened)) if relative_pull(move) <= soon)
+    late, (_, upright) = replace(opened, index=opened.index + 1 + first), touched_down(width=0.090)
+    assert steps(right(late, upright, HEIGHT)) == []
+    monkeypatch.setattr(opening, "WIDE", 0.2)
+    assert len(steps(right(late, upright, HEIGHT))) == len(steps(late)) > 0
 
 
 @pytest.mark.parametrize("lean", [0.01, 0.1])

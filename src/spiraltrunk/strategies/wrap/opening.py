@@ -66,7 +66,8 @@ LEAST_WITHDRAWAL = 0.3
 RIGHT = 0.75
 """Part of a lean that is righted at each step [-]."""
 UPRIGHT = math.radians(2.5)
-"""Lean with which the trunk springs open [rad]: one that leans more is righted once more, as often as RIGHTINGS."""
+"""Lean with which the trunk springs open [rad]: one that leans more is righted once more, as often as RIGHTINGS. For a
+wide object it is LEAN_MOST."""
 RIGHTINGS = 6
 """Largest number of further steps in which an object is righted [-]."""
 RIGHTING_TIME = 0.5
@@ -159,7 +160,7 @@ def right(sequence: MoveSequence, observation: Observation, height: float) -> Mo
     pull = _relative_pull(design, now.tension)
     if camera is None or pull > 1.02 * _loose_pull(design, width):
         return sequence
-    if _may_open_soon(observation, camera, width) and pull <= 1.02 * _find_last(observation, camera, width):
+    if _is_wide_and_stands(observation, camera, width) and pull <= 1.02 * _find_last(observation, camera, width):
         return _end_opening(sequence)
     if sequence.moves[sequence.index + 1].action != "uncurl":
         last = sum(np.array_equal(move.tension, now.tension) for move in sequence.moves if move.action == "uncurl")
@@ -213,13 +214,13 @@ def _plan_steps(
 
 def _find_last(observation: Observation, camera: CameraObservation, width: float) -> float:
     """Pull from which the trunk springs open, over the one that shuts joint 1 [-]."""
-    if not _may_open_soon(observation, camera, width):
+    if not _is_wide_and_stands(observation, camera, width):
         return LAST
     return max(LAST, LAST_WIDE * _loose_pull(observation.task.design, width))
 
 
-def _may_open_soon(observation: Observation, camera: CameraObservation, width: float) -> bool:
-    """Whether the object is wide and stands."""
+def _is_wide_and_stands(observation: Observation, camera: CameraObservation, width: float) -> bool:
+    """Whether the tail does not close round the object, and it stands on the ground, by `LEAN_MOST`."""
     stands = is_on_ground(observation) and abs(float(camera.axis[2])) > math.cos(LEAN_MOST)
     return stands and width > WIDE * observation.task.design.length
 

@@ -62,7 +62,8 @@ def center_place(
 
     Args:
         sequence: moves, the present one at its end.
-        observation: what is seen; without a camera the sequence is unchanged.
+        observation: what is seen; without a camera, or where the object has been moved there already, the sequence is
+            unchanged.
         side: horizontal direction in which the trunk curls, shape (3,) [-].
         drag: `DRAG` or `DISTAL_DRAG`.
     """

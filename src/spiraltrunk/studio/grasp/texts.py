@@ -13,7 +13,9 @@ from spiraltrunk.workflows.grasp.recording import Frames
 
 START = "Pick an object and press **Run grasp**. The grasp is simulated and shown as it is computed."
 
-_CHANCE = "Chance: the rate of success measured in simulation, times a factor for each margin that is small.\n\n"
+_CHANCE = (
+    "Chance: of success at the first try, in simulation; a rate, times a factor for each margin that is small.\n\n"
+)
 
 RANKING = "Asking the models which strategy can take the object ..."
 

@@ -152,7 +152,7 @@ def test_a_low_object_is_refused_by_its_height():
 
 
 def test_what_can_take_an_object_is_named_best_first():
-    assert find_able(PAPER, parse_object("cylinder-90"))[0] == "wrap-vertical"
+    assert find_able(PAPER, parse_object("cylinder-90"))[0] == "wrap-oblique-low"
     assert find_able(PAPER, parse_object("cube-28")) == ("tip-grip", "pinch", "flip-grip")
     assert find_able(PAPER, parse_object("sphere:diameter_mm=300,mass_g=900")) == ()
 
