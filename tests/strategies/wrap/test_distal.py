@@ -14,7 +14,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.moves import Move, base_position
+from spiraltrunk.strategies.moves import Move, base_position, build_frame
 from spiraltrunk.strategies.wrap.arm_lag import LAG
 from spiraltrunk.strategies.wrap.assess import RIM
 from spiraltrunk.strategies.wrap.attempts import JAMMED
@@ -22,6 +22,7 @@ from spiraltrunk.strategies.wrap.distal_plan import HEADROOM, find_height, find_
 from spiraltrunk.strategies.wrap.set_down import (
     DISTAL_DRAG,
     OFF,
+    carry_look,
     center_place,
     is_on_ground,
     righting,
@@ -260,20 +261,18 @@ def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None
     assert lean[0] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(("off", "count"), [(0.5 * OFF, 1), (2 * OFF, 2)])
-def test_an_object_far_from_its_place_is_moved_there_once_before_it_is_lowered(off: float, count: int) -> None:
+@pytest.mark.parametrize(("off", "is_moved"), [(0.5 * OFF, False), (2 * OFF, True)])
+def test_an_object_far_from_its_place_is_moved_there_before_it_is_lowered(off: float, is_moved: bool) -> None:
     state, seen = at_end_of("bring", np.array([0.0, 0.0, 1.0]))
     assert seen.camera is not None
     look = replace(seen.camera, position=seen.task.goal.place + np.array([off, 0.0, 0.1]))
     seen, side, sequence = replace(seen, camera=look), np.array([1.0, 0.0, 0.0]), state.sequence
     centred = center_place(sequence, seen, side, (0.0, 0.0))
-    brought = [move for move in centred.moves if move.action == "bring"]
-    assert len(brought) == count
-    np.testing.assert_allclose(brought[-1].position[2], sequence.move.position[2])
-    if count == 2:
-        np.testing.assert_allclose((brought[1].position - brought[0].position)[:2], [-off, 0.0], atol=1e-12)
-        moved = replace(centred, index=centred.index + 1)
-        assert center_place(moved, seen, side, (0.0, 0.0)) is moved
+    centring = [move for move in centred.moves if move.action == "center"]
+    assert len(centring) == int(is_moved)
+    for move in centring:
+        way = move.position - sequence.move.position
+        np.testing.assert_allclose(way, [-off, 0.0, 0.0], atol=1e-12)
 
 
 def test_where_the_camera_looked_before_the_arm_stopped_the_rest_of_its_way_counts() -> None:
@@ -291,6 +290,22 @@ def test_where_the_camera_looked_before_the_arm_stopped_the_rest_of_its_way_coun
         ends.append([move.position for move in centred.moves[-5:]])
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)
     np.testing.assert_allclose(ends[0], [move.position for move in moving.moves[-5:]], atol=1e-12)
+
+
+def test_what_the_camera_saw_moves_with_the_base_and_turns_with_it() -> None:
+    state, seen = at_end_of("bring", np.array([0.0, 0.0, 1.0]))
+    end, turn = build_frame(state.sequence.move), Rotation.from_rotvec([0.1, -0.2, 0.3]).as_matrix()
+    start = end.copy()
+    start[:3, :3] = turn @ end[:3, :3]
+    start[:3, 3] += [0.1, -0.05, 0.02]
+    moving = replace(state.sequence, start=replace(state.sequence.start, T_world_base=start))
+    in_base, axis = np.array([0.2, 0.05, -0.1]), np.array([0.1, 0.2, 0.97])
+    look = CameraObservation(
+        time=moving.since + LAG, position=start[:3, :3] @ in_base + start[:3, 3], axis=start[:3, :3] @ axis
+    )
+    carried = carry_look(moving, look)
+    np.testing.assert_allclose(carried.position, end[:3, :3] @ in_base + end[:3, 3], atol=1e-12)
+    np.testing.assert_allclose(carried.axis, end[:3, :3] @ axis, atol=1e-12)
 
 
 @pytest.mark.parametrize(("rise", "lean", "stands"), [(0.0, 0.0, True), (0.025, 0.0, False), (0.008, 0.4, True),

@@ -95,18 +95,7 @@ def plan_opening(sequence: MoveSequence, observation: Observation, height: float
     aside = (last.position - opened) * [1.0, 1.0, 0.0]
     aside = aside - find_withdrawn(camera.position - observation.task.goal.place, aside, drawn - opened)
 
-    def follow(move: Move) -> Move:
-        if move.action == "open":
-            return replace(move, position=last.position, rotation=last.rotation)
-        position = move.position + aside
-        if move.action != "draw off":
-            return replace(move, position=position)
-        return replace(
-            move, position=np.array([*position[:2], max(position[2], last.position[2])]), rotation=last.rotation
-        )
-
-    later = (follow(move) for move in sequence.moves[sequence.index + 1 :] if move.action != "uncurl")
-    return replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *eased, *later))
+    return _leave_from(sequence, last, aside, eased)
 
 
 def find_withdrawn(misplaced: np.ndarray, aside: np.ndarray, way: np.ndarray) -> np.ndarray:
@@ -171,20 +160,39 @@ def right(sequence: MoveSequence, observation: Observation, height: float) -> Mo
 
 
 def _end_opening(sequence: MoveSequence) -> MoveSequence:
-    """The sequence without the steps of the opening that are left; what follows begins where the base is now."""
+    """The sequence without the steps of the opening that are left; the withdrawal ends as far off as it was to."""
     now, later = sequence.move, sequence.moves[sequence.index + 1 :]
     left = [move for move in later if move.action == "uncurl"]
     if not left:
         return sequence
-    way = (now.position - left[-1].position) * [1.0, 1.0, 0.0]
+    aside = (now.position - left[-1].position) * [1.0, 1.0, 0.0]
+    drawn = next(move.position for move in later if move.action == "draw off")
+    level = (drawn - left[-1].position) * [1.0, 1.0, 0.0]
+    along = level / max(float(np.linalg.norm(level)), 1e-9)
+    return _leave_from(sequence, now, aside - (aside @ along) * along)
+
+
+def _leave_from(sequence: MoveSequence, last: Move, aside: np.ndarray, steps: tuple[Move, ...] = ()) -> MoveSequence:
+    """The sequence with other steps of the opening, the trunk then let go where the last of them leaves the base.
+
+    Args:
+        sequence: moves, the present one before those steps.
+        last: the last step.
+        aside: displacement of the withdrawal, shape (3,) [m].
+        steps: all that are still to come.
+    """
 
     def follow(move: Move) -> Move:
         if move.action == "open":
-            return replace(move, position=now.position, rotation=now.rotation)
-        return replace(move, position=move.position + way)
+            return replace(move, position=last.position, rotation=last.rotation)
+        position = move.position + aside
+        if move.action != "draw off":
+            return replace(move, position=position)
+        height = max(float(position[2]), float(last.position[2]))
+        return replace(move, position=np.array([*position[:2], height]), rotation=last.rotation)
 
-    rest = (follow(move) for move in later if move.action != "uncurl")
-    return replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *rest))
+    later = (follow(move) for move in sequence.moves[sequence.index + 1 :] if move.action != "uncurl")
+    return replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *steps, *later))
 
 
 def _plan_steps(

@@ -103,7 +103,7 @@ CORNER = 0.8
 
 _SMOOTHING = 0.2
 """Weight of a new reading in exponential means, at 50 readings a second [-]."""
-_STIFF = ("lift", "carry", "hold", "bring")
+_STIFF = ("lift", "carry", "hold", "bring", "center")
 """Actions in which the ventral lengths are held."""
 _ROUNDED = ("lift", "draw off")
 """Actions at whose end the base need not come to rest."""
@@ -253,7 +253,7 @@ class StandingWrap(MoveStrategy[StandingState]):
         if sequence.is_last:
             return replace(state, is_done=True)
         sequence = go_on(sequence, observation)
-        if action == "bring":  # What the winders pulled with to hold their lengths, and not what they were allowed.
+        if sequence.move.action == "lower":  # What the winders pulled with to hold their lengths, not what they may.
             tension = np.clip(observation.cable_tension, 0.0, observation.task.design.cable.tension_max)
             sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
         return replace(state, sequence=sequence)
