@@ -14,7 +14,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.moves import Move, base_position, build_frame
+from spiraltrunk.strategies.moves import Move, base_position, build_frame, command_at
 from spiraltrunk.strategies.wrap.arm_lag import LAG
 from spiraltrunk.strategies.wrap.assess import RIM
 from spiraltrunk.strategies.wrap.attempts import JAMMED
@@ -246,6 +246,7 @@ def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None
     state, seen = at_end_of("bring", np.array([0.0, math.sin(0.4), math.cos(0.4)]))
     assert seen.camera is not None
     centred = center_place(state.sequence, seen, np.array([1.0, 0.0, 0.0]), DISTAL_DRAG)
+    held = carry_look(state.sequence, seen.camera)
     after = {move.action: move for move in centred.moves}
     for before in state.sequence.moves:
         if before.action not in ("lower", "uncurl", "open", "draw off", "leave", "rest"):
@@ -254,7 +255,7 @@ def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None
         dragged = PAPER.length * np.array([*DISTAL_DRAG, 0.0])
         last = [move for move in state.sequence.moves if move.action == before.action][-1]
         way = after[before.action].position - last.position
-        moved = seen.camera.position + way + righting(seen, seen.camera) + dragged
+        moved = held.position + way + righting(seen, held) + dragged
         np.testing.assert_allclose((moved - seen.task.goal.place)[:2], 0.0, atol=1e-12)
     lean = righting(seen, seen.camera)
     assert lean[1] < -0.01
@@ -265,8 +266,9 @@ def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None
 def test_an_object_far_from_its_place_is_moved_there_before_it_is_lowered(off: float, is_moved: bool) -> None:
     state, seen = at_end_of("bring", np.array([0.0, 0.0, 1.0]))
     assert seen.camera is not None
-    look = replace(seen.camera, position=seen.task.goal.place + np.array([off, 0.0, 0.1]))
-    seen, side, sequence = replace(seen, camera=look), np.array([1.0, 0.0, 0.0]), state.sequence
+    side, frame, sequence = np.array([1.0, 0.0, 0.0]), build_frame(state.sequence.move), state.sequence
+    sequence = replace(sequence, start=replace(sequence.start, T_world_base=frame))  # It moves no more.
+    seen = replace(seen, camera=replace(seen.camera, position=seen.task.goal.place + np.array([off, 0.0, 0.1])))
     centred = center_place(sequence, seen, side, (0.0, 0.0))
     centring = [move for move in centred.moves if move.action == "center"]
     assert len(centring) == int(is_moved)
@@ -284,8 +286,9 @@ def test_where_the_camera_looked_before_the_arm_stopped_the_rest_of_its_way_coun
     ends = []
     for age in (0.0, 0.4 * duration):
         time = seen.time - age
-        left = moving.move.position - base_position(moving, time - LAG)
-        look = CameraObservation(time=time, position=seen.task.goal.place - left, axis=np.array([0.0, 0.0, 1.0]))
+        moved = command_at(moving, time - LAG).T_world_base @ np.linalg.inv(build_frame(moving.move))
+        position = moved[:3, :3] @ seen.task.goal.place + moved[:3, 3]
+        look = CameraObservation(time=time, position=position, axis=moved[:3, 2])
         centred = center_place(moving, replace(seen, camera=look), side, (0.0, 0.0))
         ends.append([move.position for move in centred.moves[-5:]])
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)

@@ -305,8 +305,15 @@ def test_once_a_wide_object_stands_that_leaned_as_it_was_set_down_the_trunk_spri
         if move.action == "open":
             np.testing.assert_array_equal(move.position, late.move.position)
             np.testing.assert_array_equal(move.rotation, late.move.rotation)
-    planned, left = (next(m.position for m in each.moves if m.action == "draw off") for each in (opened, ended))
-    np.testing.assert_allclose((left - late.move.position - planned + steps(opened)[-1].position)[:2], 0.0, atol=1e-12)
+    planned, left = (next(m for m in each.moves if m.action == "draw off") for each in (opened, ended))
+    assert left.rotation is late.move.rotation  # It does not turn on.
+    was, last = late.move.position[:2], steps(opened)[-1].position[:2]
+    before = planned.position[:2] - last
+    along, after = before / np.linalg.norm(before), left.position[:2] - was
+    assert after @ along == pytest.approx(
+        np.linalg.norm(before) + (last - was) @ along
+    )  # The withdrawal's end is kept.
+    assert abs(after[0] * along[1] - after[1] * along[0]) < 1e-12
 
 
 def test_a_narrow_object_that_stands_is_followed_to_the_last_step(monkeypatch: pytest.MonkeyPatch) -> None:
