@@ -1,4 +1,4 @@
-"""What viser's client lacks for the keyboard, for screen readers and for weak eyes."""
+"""What viser's client lacks for the keyboard, for screen readers and for weak eyes, and room for its numbers."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ if (!document.getElementById("spiraltrunk-access")) {
     [data-mantine-color-scheme=dark] [role=tab][aria-selected=true] { color: #56B4E9 !important;
       box-shadow: inset 0 -2px 0 0 #56B4E9 !important; }
     .mantine-Slider-markLabel, .mantine-Notification-description { color: var(--mantine-color-dimmed) !important; }
+    .mantine-Slider-markLabel { transform: translate(-50%, 0.2rem) !important; }
+    :has(> .mantine-Slider-root) > .mantine-NumberInput-root { width: 4.3rem !important; flex: none; }
     html { overflow: hidden; }
     body { position: fixed; inset: 0; overflow: clip; }
     .mantine-Notifications-root { max-height: calc(100% - 2em); overflow-y: auto; }
