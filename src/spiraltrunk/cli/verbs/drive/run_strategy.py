@@ -17,6 +17,9 @@ from spiraltrunk.cli.verbs.drive.run_hardware import LOG, run_on_robot
 from spiraltrunk.cli.verbs.grasp import format_verdict
 
 if TYPE_CHECKING:
+    from spiraltrunk.control.strategy import Strategy
+    from spiraltrunk.design import TrunkDesign
+    from spiraltrunk.sim.objects.catalogue import ObjectSpec
     from spiraltrunk.workflows.drive.trial import DriveTrial
 
 
@@ -49,9 +52,6 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
     from spiraltrunk.workflows.drive.camera import load_camera
-    from spiraltrunk.workflows.drive.trial import run_on_twin
-    from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions
-    from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
 
     strategy = strategies.get(arguments.strategy)
     usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
@@ -64,19 +64,32 @@ def _run(arguments: argparse.Namespace) -> Answer:
         return run_on_robot(arguments, design, file, strategy, name, look=look)
     if look is not None:
         complain("--camera is only tried once: the twin has a camera of its own", DONE)
-    missing, video = None, not arguments.no_video
+    result = _run_on_twin(arguments, design, strategy, shape, name)
+    code = DONE if result["success"] else FAILED
+    if arguments.json:
+        return code, format_json(result)
+    return code, add_file_count(format_verdict(result), result, arguments, "\n  ")
+
+
+def _run_on_twin(
+    arguments: argparse.Namespace, design: TrunkDesign, strategy: Strategy[Any], shape: ObjectSpec, name: str
+) -> dict[str, Any]:
+    from spiraltrunk.workflows.drive.trial import run_on_twin
+    from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions
+    from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
+
+    missing, video, seed = None, not arguments.no_video, arguments.seed
     with (
         open_out(arguments.out, "drive", [*list_files(video=video), LOG]) as output,
         show_progress(sys.stderr) as progress,
     ):
         progress("homing", 0, 0)
 
-        def run(log: Any) -> DriveTrial:
+        def run(log: Path | None) -> DriveTrial:
+            wiring = load_wiring(arguments, design)
             return run_on_twin(
-                design, shape, strategy=strategy, seed=arguments.seed, log=log,
-                options=TwinOptions(
-                    seed=arguments.seed, is_real_time=arguments.real_time, file=load_wiring(arguments, design)
-                ),
+                design, shape, strategy=strategy, seed=seed, log=log,
+                options=TwinOptions(seed=seed, is_real_time=arguments.real_time, file=wiring),
                 watch=lambda seen, status: progress(status.phase, 0, 0),
             )  # fmt: skip
 
@@ -90,12 +103,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
             result, missing = artifacts.result, artifacts.missing
     if missing is not None:
         complain(f"no film strip and no video: {missing}", DONE)
-    result |= {"drive": compute_state(done.snapshot) | {"bus": arguments.bus, "homing_s": done.homing}}
-    result["drive"]["warnings"] = list(done.warnings)
-    code = DONE if result["success"] else FAILED
-    if arguments.json:
-        return code, format_json(result)
-    return code, add_file_count(format_verdict(result), result, arguments, "\n  ")
+    drive = compute_state(done.snapshot) | {"bus": arguments.bus, "homing_s": done.homing}
+    return result | {"drive": drive | {"warnings": list(done.warnings)}}
 
 
 def _replay(arguments: argparse.Namespace) -> Answer:
