@@ -43,6 +43,12 @@ SURVEY_SEEDS = {
 }  # fmt: skip
 """Seeds of the trials that stand in the page (`--seed`, or a survey's by `make_robustness.py --survey`)."""
 
+RECOUNTED = ("wrap-vertical", "wrap-oblique-low", "wrap-oblique", "wrap-horizontal", "sweep")
+"""Strategies that were counted again with friction, since they had changed."""
+
+LATER_SEEDS = {("friction 0.15", name): 8228 for name in RECOUNTED}
+"""Seeds of the conditions and strategies that were counted again."""
+
 FRICTION = 0.15
 """Coefficient of friction between cables and holes, as a print may have it [-]."""
 
@@ -56,6 +62,12 @@ CONDITIONS: dict[str, TrunkDesign] = {
     "paper": presets.PAPER,
 }
 """Robot of each condition; one thing differs from the preset ``paper``, which is the last."""
+
+
+def find_seed(condition: str, strategy: str) -> int:
+    """Seed of the trials of a condition and strategy that stand in the page."""
+    return LATER_SEEDS.get((condition, strategy), SURVEY_SEEDS.get(condition, SEED))
+
 
 Job = tuple[str, Entry]
 """Condition and trial."""

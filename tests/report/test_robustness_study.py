@@ -51,7 +51,7 @@ def test_the_rows_are_trials_of_the_study(pages: ModuleType) -> None:
     for row in rows:
         objects = strategies.get(row["strategy"]).objects
         assert row["condition"] in study.CONDITIONS
-        seed = study.SURVEY_SEEDS.get(row["condition"], study.SEED)
+        seed = study.find_seed(row["condition"], row["strategy"])
         assert row["seed"] == derive_seed(seed, row["strategy"], row["index"])
         assert row["object"] == objects[row["index"] % len(objects)]
     keys = [(row["condition"], row["strategy"], row["index"]) for row in rows]
