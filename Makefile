@@ -75,8 +75,6 @@ studies: $(STAMP)  ## make the pictures and numbers of README and docs again (mi
 	$(BIN)/python docs/studies/make_making.py
 	$(BIN)/python docs/studies/make_studio.py
 	$(BIN)/python docs/studies/study_everyday.py --out $(OUT)/everyday
-	$(BIN)/python docs/studies/study_robustness.py --out $(OUT)/robustness --workers 2
-	$(BIN)/python docs/studies/make_robustness.py $(OUT)/robustness
 	$(BIN)/python docs/studies/rank_everyday.py
 	$(BIN)/python docs/studies/make_everyday.py --rules $(OUT)/everyday
 

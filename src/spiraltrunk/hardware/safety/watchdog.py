@@ -45,7 +45,7 @@ END_COUNT: Final = 3
 
 _TRIPPED: Final = (
     f"it has tripped, as no heartbeat came within {1e3 * TIMEOUT:g} ms: a program was killed, or this computer is too "
-    "busy; find the cause, then clear it: spiraltrunk drive clear NAME, with your name"
+    "busy; find the cause, then clear it: spiraltrunk drive --bus robot --robot FILE DESIGN clear NAME, with your name"
 )
 
 PULSE: Final = b"\x55"
