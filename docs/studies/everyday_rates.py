@@ -65,7 +65,7 @@ def load_rates() -> dict[str, Any]:
 def format_rates(rates: dict[str, Any]) -> str:
     """Rates of each class, with 95 % Wilson intervals, and the causes of its failures."""
     lines = [
-        "| things | robot, strategy | seeds | held | set down upright | full success | causes of failures |",
+        "| objects | robot, strategy | seeds | held | set down upright | full success | causes of failures |",
         "|---|---|---|---|---|---|---|",
     ]
     for part, (what, how) in CLASSES.items():
@@ -85,7 +85,7 @@ def format_choice(rates: dict[str, Any]) -> str:
     forced = [row["forced"]["success"] for row in rows if row["forced"] is not None]
     causes = format_causes([row["auto"] for row in rows if row["auto"] is not None])
     lines = [
-        "| what `auto` says of a thing | full success | causes of failures |",
+        "| what `auto` says of an object | full success | causes of failures |",
         "|---|---|---|",
         f"| feasible: its choice, with up to three tries | {format_rate(feasible)} | {causes} |",
         f"| of these, by the first try | {format_rate(first)} | |",

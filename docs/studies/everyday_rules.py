@@ -42,10 +42,10 @@ def compute_rules(design: TrunkDesign) -> dict[str, str]:
     top = find_reach(design)
     tallest = [find_tallest(observation, ground, top) for ground in GROUNDS]
     return {
-        "width of a wrapped thing": f"{1e3 * least:.0f} to {1e3 * most:.0f} mm",
-        "section of a wrapped thing": f"at most {FLAT:g} to 1",
+        "width of a wrapped object": f"{1e3 * least:.0f} to {1e3 * most:.0f} mm",
+        "section of a wrapped object": f"at most {FLAT:g} to 1",
         f"least height of a cylinder {_list(WIDTHS)} mm wide, wrapped": f"{_list(heights)} mm",
-        "sideways push that a standing thing must bear": (
+        "sideways push that a standing object must bear": (
             f"{TOUCH_FORCE:.3g} N at {100 * TOUCH_HEIGHT:.0f} % of its height"
         ),
         "mass that a wrap holds": ", ".join(
@@ -56,7 +56,7 @@ def compute_rules(design: TrunkDesign) -> dict[str, str]:
             f"{1e3 * FRICTION * grip_force(gripper) / GRAVITY:.0f} g"
         ),
         "height of the base that the arm reaches": f"{top:.2f} m",
-        f"tallest thing that the fingers lift over a ground at {_list(GROUNDS, 1.0)} m": f"{_list(tallest)} mm",
+        f"tallest object that the fingers lift over a ground at {_list(GROUNDS, 1.0)} m": f"{_list(tallest)} mm",
     }
 
 

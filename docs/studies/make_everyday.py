@@ -138,7 +138,7 @@ def _name_cause(row: dict[str, Any]) -> str:
 def format_counts(figures: dict[str, Any]) -> str:
     """Of each design: things, trials, outcomes."""
     lines = [
-        "| design | ground [m] | things taken on | trials of them | held and set down | held | things refused |",
+        "| design | ground [m] | objects taken on | trials of them | held and set down | held | objects refused |",
         "|---|---|---|---|---|---|---|",
     ]
     for design in DESIGNS:
@@ -155,7 +155,7 @@ def format_counts(figures: dict[str, Any]) -> str:
 
 def format_outcomes(figures: dict[str, Any]) -> str:
     """Thing by thing: what became of it with each design."""
-    lines = [f"| thing | mm | {' | '.join(f'`{design}`' for design in DESIGNS)} |", "|---|---|---|---|"]
+    lines = [f"| object | mm | {' | '.join(f'`{design}`' for design in DESIGNS)} |", "|---|---|---|---|"]
     for thing in figures["things"]:
         cells = [_format_outcome(predict(figures, design, thing["name"])) for design in DESIGNS]
         lines.append(f"| {thing['name']} | {thing['measures']} | {' | '.join(cells)} |")
@@ -185,7 +185,7 @@ def _format_outcome(outcome: Outcome) -> str:
 
 def format_refusals(figures: dict[str, Any]) -> str:
     """Thing by thing: why a strategy of each design cannot take it."""
-    lines = [f"| thing | {' | '.join(f'`{design}`' for design in DESIGNS)} |", "|---|---|---|"]
+    lines = [f"| object | {' | '.join(f'`{design}`' for design in DESIGNS)} |", "|---|---|---|"]
     for thing in figures["things"]:
         cells = [_format_reasons(figures["ranking"][design][thing["name"]]) for design in DESIGNS]
         lines.append(f"| {thing['name']} | {' | '.join(cells)} |")
