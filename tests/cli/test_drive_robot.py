@@ -136,6 +136,22 @@ def test_ports_open_nothing_unless_a_bus_is_named(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
+    "arguments",
+    [
+        ["spirob-15", "ports"],
+        ["spirob-15", "--bus", "virtual", "ports"],
+        ["--seed", "1", "spirob-15", "--bus", "virtual", "ports"],
+        ["spirob-15", "--real-time", "--seed", "1", "ports"],
+    ],
+)
+def test_options_may_stand_between_the_design_and_the_action(monkeypatch, arguments):
+    seen = []
+    monkeypatch.setattr("spiraltrunk.cli.verbs.drive.poses._ports", lambda given: seen.append(given) or (0, ""))
+    assert cli.main(["drive", *arguments]) == 0
+    assert [(given.design, given.bus) for given in seen] == [("spirob-15", "virtual")]
+
+
+@pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (["jog", "1", "5", "--tension-n", "-1"], "--tension-n is -1; allowed: 0 to 60"),
