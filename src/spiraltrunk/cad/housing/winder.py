@@ -101,10 +101,13 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def find_arm(design: TrunkDesign, options: MakeOptions) -> float:
-    """Radius of the double arm [mm], so that the servo's rotation gives the fingers' full cable travel."""
+    """Radius of the double arm [mm], so that the servo's rotation gives the fingers' full cable travel.
+
+    An arm of radius r winds r sin(turn) by a rotation of ``turn`` from the middle, and most at 90 deg.
+    """
     if design.gripper is None:
         return 0.0
-    return (1 + SPARE) * 1e3 * strand_travel(design.gripper) / math.sin(math.radians(options.servo.turn))
+    return (1 + SPARE) * 1e3 * strand_travel(design.gripper) / math.sin(math.radians(min(90.0, options.servo.turn)))
 
 
 def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
