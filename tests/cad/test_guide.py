@@ -30,6 +30,7 @@ from spiraltrunk.cad.output.payload import compute_payload
 from spiraltrunk.cad.output.top_view import find_port, find_servo, format_top_view
 from spiraltrunk.cad.trunk.gripper import LUG_ARC, add_socket, find_seat
 from spiraltrunk.design import presets
+from spiraltrunk.errors import DesignError
 
 DESIGNS = {name: presets.get(name) for name in presets.NAMES}
 DESIGNS["bare"] = replace(presets.PAPER, gripper=None, name="bare")
@@ -93,6 +94,24 @@ def test_each_purchase_for_one_group_is_taken_too(group, options):
     places = Counter(place for step in list_steps(one) for place in step.takes)
     assert {row.place for row in one.bill.bought} <= set(places)
     assert format_guide(one.design, one.parts, one.bill, options)
+
+
+@pytest.mark.parametrize("group", ["trunk", "gripper", "shells", "moulds", "horn", "wedge", "markers"])
+def test_a_group_needs_no_housing_that_fits(group, options):
+    """A housing of this radius is refused; none of these groups is in it."""
+    design = replace(presets.PAPER, housing=replace(presets.PAPER.housing, radius=0.06))
+    with pytest.raises(DesignError, match="radius_mm is 60"):
+        find_layout(design, options)
+    one = build(design, options, (group,))
+    assert format_guide(one.design, one.parts, one.bill, options)
+
+
+def test_the_gripper_alone_needs_no_bed_for_the_trunk(options):
+    small = replace(options, bed=(80.0, 80.0, 80.0))
+    one = build(presets.PAPER, small, ("gripper",))
+    guide = format_guide(one.design, one.parts, one.bill, small)
+    assert "Clear the gripper's fingers" in guide
+    assert "row of cable holes" not in guide
 
 
 def test_the_filament_is_the_parts_volumes_at_their_settings(built):
@@ -374,8 +393,10 @@ def test_a_cable_reaches_from_drum_to_tip_with_the_lid_lifted(built):
     assert drum.turns_straight < drum.turns_in < drum.turns
     used = KNOT + drum.turns_straight * around
     straight = 1e3 * float(design.cable_in_section.sum() + design.straight_gap.sum())
-    assert cable_length(design, options) - used - cable_to_hold(design, options) > straight
-    assert cable_to_hold(design, options) > 2 * KNOT
+    assert cable_length(design, options) - used - cable_to_hold(design) > straight
+    on_drum = 2 * math.pi * drum.radius * (drum.turns - drum.turns_straight)
+    assert cable_to_hold(design) == pytest.approx(KNOT + on_drum)
+    assert cable_to_hold(design) > 2 * KNOT
 
 
 def test_the_code_for_other_dimensions_runs(built, monkeypatch, tmp_path):

@@ -5,22 +5,27 @@ from __future__ import annotations
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, find_seat_height
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
-from spiraltrunk.cad.output.guide.step import Build, Step, name_key
+from spiraltrunk.cad.output.guide.step import Build, PlannedStep, Step, name_key
 from spiraltrunk.cad.output.payload import compute_payload
 
 
-def list_cable_steps(build: Build) -> list[Step]:
+def plan_cable_steps() -> tuple[PlannedStep, ...]:
     """The steps from the drums to the finished robot."""
-    steps = [_drums(build), _thread(build), _knots(build)]
-    if build.has_gripper:
-        steps.append(_gripper(build))
-    return [*steps, _markers(build), _payload(build), _pull(build)]
+    return (
+        PlannedStep(frozenset({"drums"}), _drums),
+        PlannedStep(frozenset({"drums", "housing", "trunk"}), _thread),
+        PlannedStep(frozenset({"drums", "housing", "trunk"}), _knots),
+        PlannedStep(frozenset({"gripper", "horn"}), _gripper, lambda build: build.has_gripper),
+        PlannedStep(frozenset({"markers"}), _markers),
+        PlannedStep(frozenset({"housing", "adapter"}), _payload),
+        PlannedStep(frozenset({"housing", "drums"}), _pull),
+    )
 
 
 def _drums(build: Build) -> Step:
     drum, n, tension = build.drum, build.design.n_cable, build.design.cable.tension_max
     return Step(
-        title="Cables onto the drums", groups=frozenset({"drums"}), needs=("printed drums", "housing on the arm"),
+        title="Cables onto the drums", needs=("printed drums", "housing on the arm"),
         makes=("wound drums",),
         takes=("trunk", "drum to rotor", *(() if {"trunk", "gripper"} & build.groups else ("trials",))),
         work=(
@@ -49,9 +54,9 @@ def _drums(build: Build) -> Step:
 
 
 def _thread(build: Build) -> Step:
-    hold = cable_to_hold(build.design, build.options)
+    hold = cable_to_hold(build.design)
     return Step(
-        title="Thread the trunk and shut the lid", groups=frozenset({"drums", "housing", "trunk"}),
+        title="Thread the trunk and shut the lid",
         needs=("wound drums", "trunk with strands" if build.has_gripper else "trunk on the lid"),
         makes=("threaded trunk",), takes=("cable guides", "lid to housing"),
         work=(
@@ -86,7 +91,7 @@ def _knots(build: Build) -> Step:
         else ""
     )
     return Step(
-        title="Knots at the tip", groups=frozenset({"drums", "housing", "trunk"}), needs=("threaded trunk",),
+        title="Knots at the tip", needs=("threaded trunk",),
         makes=("trunk with cables",), takes=("knots at the tip",),
         work=(
             "Trunk straight up, held along a straight edge. Pull one cable taut by hand (5 N, 0.5 kg), push a bead "
@@ -111,7 +116,7 @@ def _gripper(build: Build) -> Step:
         "4 mm of filament across the hole at the fingertip: the loop slides round it and shares the pull"
     )  # fmt: skip
     return Step(
-        title="Gripper", groups=frozenset({"gripper", "horn"}), needs=("trunk with cables", "clear gripper"),
+        title="Gripper", needs=("trunk with cables", "clear gripper"),
         makes=("robot",),
         work=(
             "Finger 1 is the finger in line with one of the two lugs of the tenon. Mark it with a pen.",
@@ -134,7 +139,7 @@ def _markers(build: Build) -> Step:
     design = build.design
     heights = [find_seat_height(1e3 * float(radius)) / 2 for radius in design.section_radius[[0, -1]]]
     return Step(
-        title="Only for motion capture: the markers", groups=frozenset({"markers"}),
+        title="Only for motion capture: the markers",
         needs=("robot" if build.has_gripper else "trunk with cables", "printed marker seats"),
         makes=("robot with markers",), takes=("marker seats",),
         work=(
@@ -166,7 +171,7 @@ def _payload(build: Build) -> Step:
     panda = " A Panda or FR3 carries 3 kg, by its maker's data." * (design.arm.model in ("panda", "fr3"))
     gripper = f", the gripper's {1e3 * design.gripper.mass:.1f} g" if design.gripper is not None else ""
     return Step(
-        title="Tell the arm its payload", groups=frozenset({"housing", "adapter"}),
+        title="Tell the arm its payload",
         needs=("robot" if build.has_gripper else "trunk with cables", "adapter on the flange"),
         makes=("arm with its payload",),
         work=(
@@ -192,7 +197,7 @@ def _pull(build: Build) -> Step:
     per_newton, away = 1e-3 * drum.radius * motor.current / motor.torque, layout.radius + 1e3 * build.design.length
     n = build.design.n_cable
     return Step(
-        title="First pull", groups=frozenset({"housing", "drums"}),
+        title="First pull",
         needs=("robot" if build.has_gripper else "trunk with cables", "checked motors", "arm with its payload"),
         makes=("robot under tension",),
         work=(
