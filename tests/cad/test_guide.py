@@ -114,6 +114,24 @@ def test_the_gripper_alone_needs_no_bed_for_the_trunk(options):
     assert "row of cable holes" not in guide
 
 
+@pytest.mark.parametrize("tall", [256.0, 120.0])
+def test_the_pins_of_all_cuts_are_pushed_in(tall, options):
+    one = build(presets.PAPER, replace(options, bed=(256.0, 256.0, tall)), ("trunk",))
+    pins = [row for row in one.bill.bought if row.item.startswith("dowel")]
+    guide = format_guide(one.design, one.parts, one.bill, one.options)
+    assert len(pins) == one.n_piece - 1
+    assert f"Push the {sum(row.count for row in pins)} pins" in guide
+    assert "open its hole with a drill 3 mm by hand" in guide
+
+
+def test_a_cut_without_room_has_no_pins_to_push_in(options):
+    one = build(presets.PAPER, options, ("trunk",))
+    bare = replace(one.bill, bought=tuple(row for row in one.bill.bought if not row.item.startswith("dowel")))
+    guide = format_guide(one.design, one.parts, bare, one.options)
+    assert "Join the pieces of the trunk" in guide
+    assert not re.search(r"Push the \d+ pins", guide)
+
+
 def test_the_filament_is_the_parts_volumes_at_their_settings(built):
     """Area 100 mm^2 each, as `build` says: walls of lines times nozzle, the rest at the infill."""
     masses, solid = Counter(), Counter()

@@ -106,10 +106,6 @@ class Build:
         beyond = 60.0 + 2 * 100.0
         return 50 * math.ceil((1e3 * (self.design.length + self.design.housing.neck_length) + beyond) / 50)
 
-    def count(self, place: str) -> int:
-        """Number of the first item that is bought for a place."""
-        return next((row.count for row in self.bill.bought if row.place == place), 0)
-
 
 @final
 class PlannedStep(NamedTuple):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 from spiraltrunk.cad.housing.winder import motor_ring
 from spiraltrunk.cad.output import filament
 from spiraltrunk.cad.output.guide.step import Build, PlannedStep, Step, join
+from spiraltrunk.cad.output.purchase import Purchase
 from spiraltrunk.cad.trunk.gripper import STRAND, build_finger, find_seat
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.design.materials import SILICONE
@@ -26,8 +28,8 @@ PRINTED = {
 """What the printing step makes of each group."""
 
 
-_PINS = ("pieces of the trunk",)
-"""Place of the trunk's pins in the bill."""
+_PIECES = "pieces of the trunk"
+"""Place of the trunk's pins and glue in the bill."""
 
 
 def plan_part_steps() -> tuple[PlannedStep, ...]:
@@ -194,19 +196,17 @@ def _reach(build: Build) -> int:
 
 
 def _join(build: Build) -> Step:
-    n = build.count("pieces of the trunk")
+    pins = [row for row in build.bill.bought if row.item.startswith("dowel") and row.place == _PIECES]
+    where = "between pins and rim" if pins else "on the faces"
     return Step(
         title="Join the pieces of the trunk", needs=("clear trunk",), makes=("trunk",),
-        takes=("pieces of the trunk",),
+        takes=(_PIECES,),
         work=(
-            f"Lay the {build.n_piece} pieces in a row on a flat table, trunk\\_1 at the base. Push the {n} pins half "
-            f"their length into "
-            f"the piece nearer to the base, without glue. Where a pin does not go in by hand, open its hole with a "
-            f"{_pin_drill(build)} by hand.",
+            f"Lay the {build.n_piece} pieces in a row on a flat table, trunk\\_1 at the base.{_say_pins(pins)}",
             "Put a soft steel wire 0.5 mm thick through each cable hole across the cut, and through those of the "
             "gripper's channel. Fit the "
             "pieces dry: every hole meets a hole, and the seam is shut. Of several ways that fit, any is right.",
-            "Brush primer on both faces, wait as its maker says, put glue between pins and rim (not within 3 mm of a "
+            f"Brush primer on both faces, wait as its maker says, put glue {where} (not within 3 mm of a "
             "hole), press together for one minute, hold with two rubber bands along the trunk until it has cured, "
             "and pull the wires out.",
         ),
@@ -214,9 +214,17 @@ def _join(build: Build) -> Step:
     )  # fmt: skip
 
 
-def _pin_drill(build: Build) -> str:
-    size = next((row.size for row in build.bill.bought if row.item.startswith("dowel") and row.place in _PINS), "3 x")
-    return f"drill {size.split(' ')[0]} mm"
+def _say_pins(rows: Sequence[Purchase]) -> str:
+    """What is done with the pins of all cuts, of which the bill has a row each; nothing where no cut has room."""
+    if not rows:
+        return ""
+    sizes = sorted({row.size.split(" ")[0] for row in rows}, key=float)
+    drills = " or ".join(f"drill {size} mm" for size in sizes) + ", as thick as the pin," * (len(sizes) > 1)
+    lengths = " (the bill says which at which cut)" * (len({row.size for row in rows}) > 1)
+    return (
+        f" Push the {sum(row.count for row in rows)} pins{lengths} half their length into the piece nearer to the "
+        f"base, without glue. Where a pin does not go in by hand, open its hole with a {drills} by hand."
+    )
 
 
 def _cast(build: Build) -> Step:
