@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.cad.checks.assembly import list_bolts
+from spiraltrunk.cad.components.options import Motor
 from spiraltrunk.cad.components.print_settings import find_settings
 from spiraltrunk.cad.geometry.csg import compute_volume, contains, polar
 from spiraltrunk.cad.housing.housing import find_bracket
@@ -22,7 +23,8 @@ from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.cad.output.bill_of_materials import build_bill, format_markdown
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
-from spiraltrunk.cad.output.enclosure import BESIDE, BESIDE_SERVO, GAP, SUPPLY, size_enclosure
+from spiraltrunk.cad.output.electronics import list_electronics, main_fuse, supply_current
+from spiraltrunk.cad.output.enclosure import BESIDE, BESIDE_SERVO, GAP, POWER, SUPPLY, size_enclosure
 from spiraltrunk.cad.output.filament import SPARE, SPOOL
 from spiraltrunk.cad.output.guide.assembly_guide import format_guide, list_steps
 from spiraltrunk.cad.output.guide.step import Build
@@ -130,6 +132,42 @@ def test_a_cut_without_room_has_no_pins_to_push_in(options):
     guide = format_guide(one.design, one.parts, bare, one.options)
     assert "Join the pieces of the trunk" in guide
     assert not re.search(r"Push the \d+ pins", guide)
+
+
+def with_cables(n):
+    """The paper's trunk with so many cables, and with a housing that takes their motors."""
+    cable = replace(presets.PAPER.cable, angles=tuple(2 * math.pi * k / n for k in range(n)))
+    return replace(presets.PAPER, cable=cable, housing=replace(presets.PAPER.housing, radius=0.2))
+
+
+@pytest.mark.parametrize(
+    ("n", "told"), [(4, "for the ids 1 to 4, two"), (6, "1 to 4 and 0x2FE for the ids 5 to 7, two")]
+)
+def test_the_guide_names_the_frames_of_all_motors(n, told, options):
+    one = build(with_cables(n), options, ("drums",))
+    assert told in format_guide(one.design, one.parts, one.bill, options)
+
+
+@pytest.mark.parametrize(("n", "is_larger"), [(3, False), (6, True)])
+def test_a_supply_of_more_power_than_the_enclosure_counts_is_told(n, is_larger, options):
+    rows = {row.item: row for row in list_electronics(with_cables(n), options)}
+    power = 24 * supply_current(with_cables(n), options)
+    assert (power > POWER) == is_larger
+    note = rows["enclosure with lid and knock-outs, vented"].note
+    assert (f"the supply of {power:.0f} W is larger" in note) == is_larger
+
+
+def test_more_motors_than_ids_are_refused(options):
+    with pytest.raises(DesignError, match="part housing is for 8 cables; allowed: at most 7"):
+        build_parts(with_cables(8), ("housing",), options)
+    assert build_parts(with_cables(8), ("trunk",), options)
+    assert build_parts(with_cables(7), ("housing",), options)
+
+
+def test_a_current_above_all_fuses_is_refused(options):
+    strong = replace(options, motor=Motor(current=13.0))
+    with pytest.raises(DesignError, match=r"motor.current is 13 A; allowed: at most 12.1 A, for a blade fuse of 40 A"):
+        main_fuse(presets.PAPER, strong)
 
 
 def test_the_filament_is_the_parts_volumes_at_their_settings(built):

@@ -17,6 +17,9 @@ ADAPTER = 10.0
 _DRUM = DrumOptions()
 
 
+MOST_MOTORS = 7
+"""GM6020 motors on one bus: ids 1 to 7 (maker's manual) [-]."""
+
 _MOST_LENGTH = 1000.0
 """Every dimension of a component is below this [mm] (ours): a slip of the unit is refused."""
 

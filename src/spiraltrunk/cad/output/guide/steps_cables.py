@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from spiraltrunk.cad.components.options import MOST_MOTORS
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, find_seat_height
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
@@ -196,6 +197,7 @@ def _pull(build: Build) -> Step:
     )  # fmt: skip
     per_newton, away = 1e-3 * drum.radius * motor.current / motor.torque, layout.radius + 1e3 * build.design.length
     n = build.design.n_cable
+    more = f" and 0x2FE for the ids 5 to {MOST_MOTORS}" * (n > 4)
     return Step(
         title="First pull",
         needs=("robot" if build.has_gripper else "trunk with cables", "checked motors", "arm with its payload"),
@@ -210,7 +212,7 @@ def _pull(build: Build) -> Step:
             "A program of your own must obey `SAFETY.md`. In short: no command older than 20 ms, current limited in "
             "size and rate, tension never below a floor, and ramped down to it on a fault before it goes to zero.",
             f"What it needs (untried; compare the motor's manual): GM6020 in current mode, frame 0x1FE for "
-            f"the ids 1 to 4, two bytes a motor, high byte first, 16384 for 3 A; feedback as on the bench. "
+            f"the ids 1 to 4{more}, two bytes a motor, high byte first, 16384 for 3 A; feedback as on the bench. "
             f"{per_newton:.4f} A pull 1 N ({motor.torque:g} N m at {motor.current:g} A, cable's middle on a circle of "
             f"{2 * drum.radius:.1f} mm; friction is not counted). First limit: {5 * per_newton:.2f} A (5 N). Never "
             f"above {cable.tension_max * per_newton:.2f} A ({cable.tension_max:g} N, `cable.tension_max_n`).",
