@@ -81,7 +81,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
         if studio.needs_token:
             complain(f"others can reach this studio at {arguments.host}: whoever has the address can use it", DONE)
         line = json.dumps({"address": studio.address})  # One line: a program reads it while the studio runs.
-        print(line if arguments.json else f"studio: {studio.address} (Ctrl-C ends it)", flush=True)
+        try:
+            print(line if arguments.json else f"studio: {studio.address} (Ctrl-C ends it)", flush=True)
+        except BrokenPipeError:  # Nobody reads the address.
+            return DONE, ""
         if not arguments.no_browser:
             webbrowser.open(studio.address)
         threading.Event().wait()
