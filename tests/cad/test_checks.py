@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.cad.components.options import Flange, MakeOptions, Motor, Servo
+from spiraltrunk.cad.components.options import Flange, MakeOptions, Motor, Remedies, Servo
 from spiraltrunk.cad.geometry.csg import Common, Cut, Union, box, compute_volume, rod, shifted
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.housing.winder import find_arm
+from spiraltrunk.cad.output.make_part import make_part
 from spiraltrunk.design import presets
 from spiraltrunk.design.materials import PETG
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, PartError
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 pytest.importorskip("embreex", reason="walls need the extra cad")
@@ -196,6 +197,17 @@ def test_a_hole_through_leaning_faces_is_measured_at_its_axis():
     drilled = Cut(form=lens, tools=tuple(rod(0.5, (6 * c, 6 * s, -1), (6 * c, 6 * s, 13)) for c, s in ((1, 0), (0, 1))))
     found = measure_cylinders(build_solid(drilled), 0.5)
     assert sorted(map(tuple, found.round(3))) == [(0.0, 6.0, 1.8, 9.6), (6.0, 0.0, 1.8, 9.6)]
+
+
+def test_a_surface_without_a_mesh_names_the_remedy_of_the_options(monkeypatch):
+    from spiraltrunk.cad.geometry import occ
+
+    monkeypatch.setattr(occ, "_mesh", lambda *_: None)
+    part = Part(name="ball", group="horn", what="a rod", material=PETG, form=rod(4.0, (0, 0, 0), (0, 0, 10)))
+    told = r"can mesh no whole surface near 0.05 mm; allowed: a finer mesh \(set by the command export\)"
+    options = replace(OPTIONS, remedies=Remedies(tolerance="a finer mesh (set by the command export)"))
+    with pytest.raises(PartError, match=told):
+        make_part(part, options, (), None, "paper")
 
 
 def test_bulk_of_a_cylinder():
