@@ -8,6 +8,7 @@ from spiraltrunk.cad.housing.test_stand import N_WEDGE, find_seat_height
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
 from spiraltrunk.cad.output.guide.step import Build, PlannedStep, Step, name_key
 from spiraltrunk.cad.output.payload import compute_payload
+from spiraltrunk.design.rules import GRAVITY
 
 
 def plan_cable_steps() -> tuple[PlannedStep, ...]:
@@ -44,8 +45,8 @@ def _drums(build: Build) -> Step:
             "are pulled out by it in the last step. Until then they alone hold the turns.",
             "Try the end at the tip before it matters, on 300 mm of the cable for trials: crimp a bead with crimping "
             "pliers and "
-            f"knot as in the step after the next, then a pull of {1.25 * tension:.0f} N ({1.25 * tension / 9.81:.1f} "
-            f"kg on a luggage "
+            f"knot as in the step after the next, then a pull of {1.25 * tension:.0f} N "
+            f"({1.25 * tension / GRAVITY:.1f} kg on a luggage "
             "scale) for a minute. Cyanoacrylate holds UHMWPE badly: where bead or knot slips, tie two figures of eight "
             "on each other, and where that slips too, lower `cable.tension_max_n` to half of what held. We tried none.",
         ),
