@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.components.options import Flange, MakeOptions, Motor, Remedies, Servo
 from spiraltrunk.cad.geometry.csg import Common, Cut, Union, box, compute_volume, rod, shifted
 from spiraltrunk.cad.geometry.part import Part
+from spiraltrunk.cad.housing.winder import find_arm
+from spiraltrunk.cad.output.make_part import make_part
+from spiraltrunk.design import presets
 from spiraltrunk.design.materials import PETG
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, PartError
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 pytest.importorskip("embreex", reason="walls need the extra cad")
@@ -194,6 +199,17 @@ def test_a_hole_through_leaning_faces_is_measured_at_its_axis():
     assert sorted(map(tuple, found.round(3))) == [(0.0, 6.0, 1.8, 9.6), (6.0, 0.0, 1.8, 9.6)]
 
 
+def test_a_surface_without_a_mesh_names_the_remedy_of_the_options(monkeypatch):
+    from spiraltrunk.cad.geometry import occ
+
+    monkeypatch.setattr(occ, "_mesh", lambda *_: None)
+    part = Part(name="ball", group="horn", what="a rod", material=PETG, form=rod(4.0, (0, 0, 0), (0, 0, 10)))
+    told = r"can mesh no whole surface near 0.05 mm; allowed: a finer mesh \(set by the command export\)"
+    options = replace(OPTIONS, remedies=Remedies(tolerance="a finer mesh (set by the command export)"))
+    with pytest.raises(PartError, match=told):
+        make_part(part, options, (), None, "paper")
+
+
 def test_bulk_of_a_cylinder():
     volume, center, axial, across = measure_bulk(build_solid(rod(3.0, (0, 0, 0), (0, 0, 8))))
     assert volume == pytest.approx(72 * np.pi)
@@ -209,3 +225,32 @@ def test_bulk_of_a_cylinder():
 def test_bad_options_are_refused(change):
     with pytest.raises(DesignError, match="allowed"):
         MakeOptions(**change)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: Motor(height=math.nan), "motor.height is nan; allowed: a finite number, above 0, below 1000"),
+        (lambda: Motor(diameter=-1.0), "motor.diameter is -1.0; allowed: a finite number, above 0"),
+        (lambda: Motor(current=0.0), "motor.current is 0.0; allowed"),
+        (lambda: Servo(turn=0.0), "servo.turn is 0.0; allowed: a finite number, at least 10, at most 180"),
+        (lambda: Servo(shaft_offset=30.0), "servo.shaft_offset is 30.0; allowed: a finite number, at least 0, at most"),
+        (lambda: Flange(dowel=math.inf), "flange.dowel is inf; allowed"),
+        (lambda: MakeOptions(cable=0.0), "cable is 0.0; allowed: a finite number, above 0"),
+        (lambda: MakeOptions(hole_play=-0.1), "hole_play is -0.1; allowed: a finite number, at least 0"),
+        (lambda: MakeOptions(shell_depth=1.0), "shell_depth is 1.0; allowed: a finite number, above 0, below 1"),
+        (lambda: MakeOptions(n_wrinkle=1.5), "n_wrinkle is 1.5; allowed: a whole number"),
+    ],
+)
+def test_bad_components_are_refused(make, told):
+    with pytest.raises(DesignError, match=f"^{re.escape(told)}"):
+        make()
+
+
+@pytest.mark.parametrize("turn", [90.0, 120.0, 180.0])
+def test_a_servo_that_turns_further_needs_no_longer_arm(turn):
+    """Beyond 90 deg the arm winds no more."""
+    assert find_arm(presets.PAPER, MakeOptions(servo=Servo(turn=turn))) == find_arm(presets.PAPER, OPTIONS)
+    assert find_arm(presets.PAPER, MakeOptions(servo=Servo(turn=30.0))) == pytest.approx(
+        2 * find_arm(presets.PAPER, OPTIONS)
+    )

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.cad.checks.assembly import list_bolts
+from spiraltrunk.cad.components.options import Motor
 from spiraltrunk.cad.components.print_settings import find_settings
 from spiraltrunk.cad.geometry.csg import compute_volume, contains, polar
 from spiraltrunk.cad.housing.housing import find_bracket
@@ -22,7 +23,8 @@ from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.cad.output.bill_of_materials import build_bill, format_markdown
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
-from spiraltrunk.cad.output.enclosure import BESIDE, BESIDE_SERVO, GAP, SUPPLY, size_enclosure
+from spiraltrunk.cad.output.electronics import list_electronics, main_fuse, supply_current
+from spiraltrunk.cad.output.enclosure import BESIDE, BESIDE_SERVO, GAP, POWER, SUPPLY, size_enclosure
 from spiraltrunk.cad.output.filament import SPARE, SPOOL
 from spiraltrunk.cad.output.guide.assembly_guide import format_guide, list_steps
 from spiraltrunk.cad.output.guide.step import Build
@@ -30,6 +32,7 @@ from spiraltrunk.cad.output.payload import compute_payload
 from spiraltrunk.cad.output.top_view import find_port, find_servo, format_top_view
 from spiraltrunk.cad.trunk.gripper import LUG_ARC, add_socket, find_seat
 from spiraltrunk.design import presets
+from spiraltrunk.errors import DesignError
 
 DESIGNS = {name: presets.get(name) for name in presets.NAMES}
 DESIGNS["bare"] = replace(presets.PAPER, gripper=None, name="bare")
@@ -93,6 +96,78 @@ def test_each_purchase_for_one_group_is_taken_too(group, options):
     places = Counter(place for step in list_steps(one) for place in step.takes)
     assert {row.place for row in one.bill.bought} <= set(places)
     assert format_guide(one.design, one.parts, one.bill, options)
+
+
+@pytest.mark.parametrize("group", ["trunk", "gripper", "shells", "moulds", "horn", "wedge", "markers"])
+def test_a_group_needs_no_housing_that_fits(group, options):
+    """A housing of this radius is refused; none of these groups is in it."""
+    design = replace(presets.PAPER, housing=replace(presets.PAPER.housing, radius=0.06))
+    with pytest.raises(DesignError, match="radius_mm is 60"):
+        find_layout(design, options)
+    one = build(design, options, (group,))
+    assert format_guide(one.design, one.parts, one.bill, options)
+
+
+def test_the_gripper_alone_needs_no_bed_for_the_trunk(options):
+    small = replace(options, bed=(80.0, 80.0, 80.0))
+    one = build(presets.PAPER, small, ("gripper",))
+    guide = format_guide(one.design, one.parts, one.bill, small)
+    assert "Clear the gripper's fingers" in guide
+    assert "row of cable holes" not in guide
+
+
+@pytest.mark.parametrize("tall", [256.0, 120.0])
+def test_the_pins_of_all_cuts_are_pushed_in(tall, options):
+    one = build(presets.PAPER, replace(options, bed=(256.0, 256.0, tall)), ("trunk",))
+    pins = [row for row in one.bill.bought if row.item.startswith("dowel")]
+    guide = format_guide(one.design, one.parts, one.bill, one.options)
+    assert len(pins) == one.n_piece - 1
+    assert f"Push the {sum(row.count for row in pins)} pins" in guide
+    assert "open its hole with a drill 3 mm by hand" in guide
+
+
+def test_a_cut_without_room_has_no_pins_to_push_in(options):
+    one = build(presets.PAPER, options, ("trunk",))
+    bare = replace(one.bill, bought=tuple(row for row in one.bill.bought if not row.item.startswith("dowel")))
+    guide = format_guide(one.design, one.parts, bare, one.options)
+    assert "Join the pieces of the trunk" in guide
+    assert not re.search(r"Push the \d+ pins", guide)
+
+
+def with_cables(n):
+    """The paper's trunk with so many cables, and with a housing that takes their motors."""
+    cable = replace(presets.PAPER.cable, angles=tuple(2 * math.pi * k / n for k in range(n)))
+    return replace(presets.PAPER, cable=cable, housing=replace(presets.PAPER.housing, radius=0.2))
+
+
+@pytest.mark.parametrize(
+    ("n", "told"), [(4, "for the ids 1 to 4, two"), (6, "1 to 4 and 0x2FE for the ids 5 to 7, two")]
+)
+def test_the_guide_names_the_frames_of_all_motors(n, told, options):
+    one = build(with_cables(n), options, ("drums",))
+    assert told in format_guide(one.design, one.parts, one.bill, options)
+
+
+@pytest.mark.parametrize(("n", "is_larger"), [(3, False), (6, True)])
+def test_a_supply_of_more_power_than_the_enclosure_counts_is_told(n, is_larger, options):
+    rows = {row.item: row for row in list_electronics(with_cables(n), options)}
+    power = 24 * supply_current(with_cables(n), options)
+    assert (power > POWER) == is_larger
+    note = rows["enclosure with lid and knock-outs, vented"].note
+    assert (f"the supply of {power:.0f} W is larger" in note) == is_larger
+
+
+def test_more_motors_than_ids_are_refused(options):
+    with pytest.raises(DesignError, match="part housing is for 8 cables; allowed: at most 7"):
+        build_parts(with_cables(8), ("housing",), options)
+    assert build_parts(with_cables(8), ("trunk",), options)
+    assert build_parts(with_cables(7), ("housing",), options)
+
+
+def test_a_current_above_all_fuses_is_refused(options):
+    strong = replace(options, motor=Motor(current=13.0))
+    with pytest.raises(DesignError, match=r"motor.current is 13 A; allowed: at most 12.1 A, for a blade fuse of 40 A"):
+        main_fuse(presets.PAPER, strong)
 
 
 def test_the_filament_is_the_parts_volumes_at_their_settings(built):
@@ -374,8 +449,10 @@ def test_a_cable_reaches_from_drum_to_tip_with_the_lid_lifted(built):
     assert drum.turns_straight < drum.turns_in < drum.turns
     used = KNOT + drum.turns_straight * around
     straight = 1e3 * float(design.cable_in_section.sum() + design.straight_gap.sum())
-    assert cable_length(design, options) - used - cable_to_hold(design, options) > straight
-    assert cable_to_hold(design, options) > 2 * KNOT
+    assert cable_length(design, options) - used - cable_to_hold(design) > straight
+    on_drum = 2 * math.pi * drum.radius * (drum.turns - drum.turns_straight)
+    assert cable_to_hold(design) == pytest.approx(KNOT + on_drum)
+    assert cable_to_hold(design) > 2 * KNOT
 
 
 def test_the_code_for_other_dimensions_runs(built, monkeypatch, tmp_path):

@@ -136,6 +136,22 @@ def test_ports_open_nothing_unless_a_bus_is_named(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
+    "arguments",
+    [
+        ["spirob-15", "ports"],
+        ["spirob-15", "--bus", "virtual", "ports"],
+        ["--seed", "1", "spirob-15", "--bus", "virtual", "ports"],
+        ["spirob-15", "--real-time", "--seed", "1", "ports"],
+    ],
+)
+def test_options_may_stand_between_the_design_and_the_action(monkeypatch, arguments):
+    seen = []
+    monkeypatch.setattr("spiraltrunk.cli.verbs.drive.poses._ports", lambda given: seen.append(given) or (0, ""))
+    assert cli.main(["drive", *arguments]) == 0
+    assert [(given.design, given.bus) for given in seen] == [("spirob-15", "virtual")]
+
+
+@pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (["jog", "1", "5", "--tension-n", "-1"], "--tension-n is -1; allowed: 0 to 60"),
@@ -143,7 +159,9 @@ def test_ports_open_nothing_unless_a_bus_is_named(monkeypatch, capsys):
         (["jog", "1", "5", "--speed-mm-s", "1e-9"], "--speed-mm-s is 1e-09; allowed: 0.1 to 300"),
         (["jog", "1", "5", "--speed-mm-s", "1e9"], "--speed-mm-s is 1e+09"),
         (["jog", "1", "5", "--hold-s", "-1"], "--hold-s is -1"),
-        (["jog", "1", "1e300"], "cable 1 by 1e+300 mm; allowed"),
+        (["jog", "1", "1e300"], "cable 1: 1e+300 mm; allowed: -133 to 143 mm"),
+        (["jog", "1", "144"], "cable 1: 144 mm; allowed: -133 to 143 mm, what its drum winds"),
+        (["jog", "1", "-1.34e2"], "cable 1: -134 mm; allowed: -133 to 143 mm"),
         (["jog", "4", "5"], "cable is 4; allowed: 1 to 3"),
         (["pull", "500", "0", "0"], "cable 1: 500 mm; allowed"),
         (["pull", "1", "2"], "2 lengths given; allowed: 3"),
@@ -275,6 +293,11 @@ def test_a_zero_has_no_sign(figure, shown):
 def test_a_move_that_ends_short_is_told(capsys):
     assert cli.main(["drive", "jog", "1", "60", "--tension-n", "5", "--hold-s", "0.2"]) == 0
     assert "mm from its target" in capsys.readouterr().err
+
+
+def test_a_negative_length_may_be_written_with_an_exponent(held, capsys):
+    assert cli.main(["drive", "pull", "-1e1", "0", "0", "--hold-s", "0.1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["bus"] == "virtual"
 
 
 def test_the_seed_may_stand_behind_the_action(capsys):

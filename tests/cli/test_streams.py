@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import pathlib
+import subprocess
 import sys
 import time
 
 import pytest
 
+from spiraltrunk import cli
 from spiraltrunk.cli import progress as progress_module
 from spiraltrunk.cli.output import put
 from spiraltrunk.cli.progress import print_if_slow, show_progress
+from spiraltrunk.cli.verbs import design
 from spiraltrunk.cli.verbs.survey.progress import show_survey
 
 ROW = {"strategy": "kick", "object": "box-60", "seed": 1, "success": True, "reason": ""}
@@ -52,6 +56,40 @@ def test_progress_is_a_line_a_step() -> None:
         "spiraltrunk: reading", "spiraltrunk: report", "spiraltrunk: 0/2 trials",
         "spiraltrunk: 1/2 kick, box-60, seed 1:  (1 of 1 succeeded)",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("arguments", [["design", "--json"], ["--help"], ["drive", "--help"], ["--version"]])
+def test_a_reader_that_is_gone_is_no_error(arguments: list[str]) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "spiraltrunk", *arguments]
+    ran = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writing)
+    assert (ran.returncode, ran.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (BrokenPipeError(errno.EPIPE, "Broken pipe"), 1, "Broken pipe: a process, connection or resource"),
+        (ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused"), 1, "Connection refused: a process,"),
+        (OSError(errno.EMFILE, "Too many open files"), 1, "Too many open files: a process, connection or resource"),
+        (TimeoutError(), 1, "TimeoutError: a process,"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "cannot write: No space left on device"),
+        (OSError(errno.EACCES, "Permission denied", "x"), 2, "'x': Permission denied; allowed: a file or folder"),
+    ],
+)
+def test_what_breaks_inside_a_verb_is_told(
+    error: OSError, code: int, told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(design, "_run", fail)
+    assert cli.main(["design"]) == code
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith(f"spiraltrunk: error: {told}")
 
 
 @pytest.mark.parametrize(("encoding", "printed"), [("utf-8", "räum a\\udcff"), ("ascii", "r\\xe4um a\\udcff")])

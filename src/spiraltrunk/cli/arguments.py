@@ -17,7 +17,11 @@ _NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
 
 
 class Parser(argparse.ArgumentParser):
-    """Argument parser that raises instead of printing its usage."""
+    """Argument parser that raises instead of printing its usage, and reads negative numbers with exponents."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._negative_number_matcher = _NEGATIVE
 
     def error(self, message: str) -> NoReturn:
         """Refuse the arguments.
@@ -52,7 +56,6 @@ def add_parser(
 ) -> argparse.ArgumentParser:
     """The parser of a new verb that ``run`` executes."""
     parser: argparse.ArgumentParser = verbs.add_parser(name, help=what, description=what, allow_abbrev=False)
-    parser._negative_number_matcher = _NEGATIVE
     parser.add_argument("--json", action="store_true", help="print one JSON object on standard output, nothing else")
     parser.set_defaults(run=run)
     return parser

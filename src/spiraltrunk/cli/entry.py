@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 from collections.abc import Sequence
@@ -38,6 +39,10 @@ VERBS = (
 """Modules that each add a verb, in the order of the help."""
 
 
+_WRITING = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+"""Errors of writing, which name no file where a stream is written."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a verb and return the exit code; errors of the package are printed as one line."""
     _prepare_environment()
@@ -48,8 +53,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: Sequence[str] | None) -> int:
     try:
         return _answer(argv)
-    except BrokenPipeError:
-        return DONE
     except RunError as error:
         return complain(f"error: {error}", FAILED)
     except (SpiralTrunkError, UsageError) as error:
@@ -59,11 +62,18 @@ def _run(argv: Sequence[str] | None) -> int:
             raise
         return complain(f"error: {describe_missing(str(error.name))}", BAD_INPUT)
     except OSError as error:
-        reason = error.strerror or str(error)
-        if error.filename is None:
-            return complain(f"error: cannot write: {reason}", BAD_INPUT)
+        return _refuse(error)
+
+
+def _refuse(error: OSError) -> int:
+    """Tell what the operating system refused: a file, a full disc behind a stream, or another resource."""
+    reason = error.strerror or str(error) or type(error).__name__
+    if error.filename is not None:
         allowed = "allowed: a file or folder that can be read and written"
         return complain(f"error: {error.filename!r}: {reason}; {allowed}", BAD_INPUT)
+    if error.errno in _WRITING:
+        return complain(f"error: cannot write: {reason}", BAD_INPUT)
+    return complain(f"error: {reason}: a process, connection or resource of this computer failed; run it again", FAILED)
 
 
 def _answer(argv: Sequence[str] | None) -> int:

@@ -113,11 +113,13 @@ class Studio:
 
     def _open(self, client: ClientHandle) -> None:
         with self._lock:
-            if len(self._pages) >= MOST_PAGES:
-                client.add_notification("Too many pages", f"at most {MOST_PAGES} at a time; close another first")
-                return
-            page = Page(client, self._design)
-            self._pages[client.client_id] = (page, "")
+            page = None if len(self._pages) >= MOST_PAGES else Page(client, self._design)
+            if page is not None:
+                self._pages[client.client_id] = (page, "")
+        if page is None:
+            guard_client(client, lambda _: None)  # What it sends is limited all the same.
+            client.add_notification("Too many pages", f"at most {MOST_PAGES} at a time; close another first")
+            return
         guard_client(client, lambda reason: page.notice(reason, "refusal"), page.take_text)
         asked = ask_page(client)
         name, settings = self._store.enter(asked, secrets.token_hex(8))

@@ -26,7 +26,25 @@ from .conftest import RESULT
 
 def ask(strategy="wrap-vertical", name="cylinder-60", stage="hung", seed=0):
     shape = parse_object(name)
-    return GraspRequest(design=presets.PAPER, shape=shape, name=name, strategy=strategy, stage=stage, seed=seed)
+    return GraspRequest(
+        design=presets.PAPER, shape=shape, name=name, option=name, strategy=strategy, stage=stage, seed=seed
+    )
+
+
+@pytest.mark.parametrize(
+    ("design", "told"),
+    [
+        (presets.PAPER, ""),
+        (presets.get("spirob-15"), " --design spirob-15"),
+        (replace(presets.PAPER, gripper=None), " --design FILE.toml"),
+    ],
+)
+def test_a_grasp_has_the_command_of_its_own_request(design, told):
+    design = replace(design, cable=replace(design.cable, friction=0.33))
+    request = replace(ask(strategy="auto", seed=4), design=design, name="mine", option="stl:path=FILE,mass_g=90")
+    assert request.command == (
+        f"spiraltrunk grasp auto --object stl:path=FILE,mass_g=90 --stage hung{told} --friction 0.33 --seed 4"
+    )
 
 
 def test_what_cannot_be_taken_is_refused_in_words_before_anything_runs():

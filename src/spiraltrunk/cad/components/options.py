@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import final
 
@@ -14,6 +15,23 @@ ADAPTER = 10.0
 """Thickness of the adapter without its spigot [mm] (ours: room for the heads of the M6 screws)."""
 
 _DRUM = DrumOptions()
+
+
+MOST_MOTORS = 7
+"""GM6020 motors on one bus: ids 1 to 7 (maker's manual) [-]."""
+
+_MOST_LENGTH = 1000.0
+"""Every dimension of a component is below this [mm] (ours): a slip of the unit is refused."""
+
+_LEAST_TURN = 10.0
+"""Least rotation of a servo to either side [deg] (ours): the double arm is six times as long as at 90 deg."""
+
+
+def _check_lengths(prefix: str, lengths: object, names: tuple[str, ...], *, least: float | None = None) -> None:
+    """Refuse lengths [mm] that are not positive, or below ``least`` where it is given, or not below `_MOST_LENGTH`."""
+    above, least = (0.0, -math.inf) if least is None else (-math.inf, least)
+    for name in names:
+        check_number(f"{prefix}{name}", getattr(lengths, name), above=above, least=least, below=_MOST_LENGTH)
 
 
 def to_mm(length: float) -> float:
@@ -40,6 +58,11 @@ class Motor:
     torque: float = _DRUM.torque_max
     """Largest torque [N m] (0.741 N m/A at 3 A)."""
 
+    def __post_init__(self) -> None:
+        _check_lengths("motor.", self, ("diameter", "height", "floor_circle", "rotor_circle"))
+        check_number("motor.current", self.current, above=0.0, most=100.0)
+        check_number("motor.torque", self.torque, above=0.0, below=1e4)
+
 
 @explain_fields
 @final
@@ -59,6 +82,11 @@ class Servo:
     """Diameter of the hub of its round horn, onto which the double arm is screwed."""
     turn: float = 90.0
     """Rotation to either side [deg] (paper: 90 deg open, 90 deg closed)."""
+
+    def __post_init__(self) -> None:
+        _check_lengths("servo.", self, ("length", "width", "lug_pitch", "hub_diameter"))
+        check_number("servo.shaft_offset", self.shaft_offset, least=0.0, most=self.length)
+        check_number("servo.turn", self.turn, least=_LEAST_TURN, most=180.0)
 
     @property
     def aside(self) -> float:
@@ -87,6 +115,9 @@ class Flange:
     """Dowel hole, on the pitch circle, 45 deg from the screws (the standard: H7)."""
     outer: float = 63.0
     """Outer diameter of the robot's flange (the standard)."""
+
+    def __post_init__(self) -> None:
+        _check_lengths("flange.", self, ("pitch_circle", "pilot", "pilot_height", "dowel", "outer"))
 
 
 @explain_fields
@@ -155,6 +186,11 @@ class MakeOptions:
             raise DesignError("bed_mm", got=self.bed, allowed="three lengths, X Y Z")
         for axis, size in zip("XYZ", self.bed, strict=True):
             check_number(f"bed_mm {axis}", size, least=40.0, most=5000.0)
+        _check_lengths("", self, ("cable", "plate", "rim"))
+        _check_lengths("", self, ("hole_play", "clearance"), least=0.0)
+        check_number("shell_depth", self.shell_depth, above=0.0, below=1.0)
+        check_number("shell_grip", self.shell_grip, least=0.0, below=1.0)
+        check_count("n_wrinkle", self.n_wrinkle, least=0, most=1000)
 
     @property
     def drum(self) -> DrumOptions:

@@ -77,8 +77,8 @@ def _build(form: Form, seam: float) -> Shape[Any]:
             return _single(_build(inner, seam).intersect(_build(other, seam)))
 
 
-def build_mesh(solid: Shape[Any], tolerance: float) -> Trimesh:
-    """Triangulate the surface to within ``tolerance`` [mm].
+def build_mesh(solid: Shape[Any], tolerance: float, remedy: str = "another tolerance") -> Trimesh:
+    """Triangulate the surface to within ``tolerance`` [mm]; ``remedy`` is what an error advises.
 
     On long thin faces the kernel's mesher may exceed the tolerance or leave a face without triangles. Other tolerances
     are tried until every face has triangles and the largest deviation is below twice the tolerance; else the best mesh
@@ -95,7 +95,7 @@ def build_mesh(solid: Shape[Any], tolerance: float) -> Trimesh:
         if best is not None and best[1] <= 2 * tolerance:
             break
     if best is None:
-        raise PartError(f"the kernel can mesh no whole surface near {tolerance:g} mm; allowed: another --tolerance-mm")
+        raise PartError(f"the kernel can mesh no whole surface near {tolerance:g} mm; allowed: {remedy}")
     return best[0]
 
 

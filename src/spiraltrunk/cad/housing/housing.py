@@ -21,7 +21,7 @@ from spiraltrunk.cad.components.fasteners import (
     Bolt,
     sink,
 )
-from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
+from spiraltrunk.cad.components.options import ADAPTER, MOST_MOTORS, MakeOptions
 from spiraltrunk.cad.geometry.csg import (
     QUARTERS,
     Common,
@@ -42,6 +42,7 @@ from spiraltrunk.cad.housing.layout import FOOT, FOOT_ANGLES, FOOT_WIDE, POST, H
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles
 from spiraltrunk.cad.trunk.neck_screws import BOSS, NECK_WALL, between_cables, find_neck_screw
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Unquoted
 
 SPIGOT_SEAT = 6.5
 """Depth of the counterbores for the adapter's M6 heads [mm] (ours)."""
@@ -63,7 +64,14 @@ _FORE, _AFT = 7.0, 18.0
 
 
 def build_housing(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """Housing, lid and neck."""
+    """Housing, lid and neck.
+
+    Raises:
+        DesignError: for more motors than have ids on one bus, or where something does not fit.
+    """
+    if design.n_cable > MOST_MOTORS:
+        allowed = f"at most {MOST_MOTORS}, one for each id of a GM6020 on its bus; or other parts than the housing"
+        raise DesignError("part housing", got=Unquoted(f"for {design.n_cable} cables"), allowed=allowed)
     layout = find_layout(design, options)
     return (
         _build_cup(design, layout, options),

@@ -65,8 +65,7 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
         DesignError: where the motor is too weak, or the hole too near to the drum's axis.
     """
     sized, motor = size_drum(design, options.drum), options.motor
-    radius, travel_in = to_mm(sized.winding_radius), 1e3 * sized.travel_in
-    travel_out = opening(1e3 * float(2 * design.hole_to_joint.sum()), design.delta_theta)
+    radius, (travel_in, travel_out) = to_mm(sized.winding_radius), find_travel(design)
     turns = full_turns(travel_in + travel_out, radius, sized.dead_turns)
     return Drum(
         radius=radius, rim=motor.rotor_circle / 2 - 1e3 * SCREW_HEAD,
@@ -74,6 +73,11 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
         wall=max(3.0, options.wall), travel_in=travel_in, travel_out=travel_out, turns=turns,
         dead_turns=sized.dead_turns,
     )  # fmt: skip
+
+
+def find_travel(design: TrunkDesign) -> tuple[float, float]:
+    """Cable to wind in until all gaps on its side are closed, and to pay out until all are open [mm]."""
+    return 1e3 * design.cable_stroke, opening(1e3 * float(2 * design.hole_to_joint.sum()), design.delta_theta)
 
 
 def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
@@ -101,10 +105,13 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def find_arm(design: TrunkDesign, options: MakeOptions) -> float:
-    """Radius of the double arm [mm], so that the servo's rotation gives the fingers' full cable travel."""
+    """Radius of the double arm [mm], so that the servo's rotation gives the fingers' full cable travel.
+
+    An arm of radius r winds r sin(turn) by a rotation of ``turn`` from the middle, and most at 90 deg.
+    """
     if design.gripper is None:
         return 0.0
-    return (1 + SPARE) * 1e3 * strand_travel(design.gripper) / math.sin(math.radians(options.servo.turn))
+    return (1 + SPARE) * 1e3 * strand_travel(design.gripper) / math.sin(math.radians(min(90.0, options.servo.turn)))
 
 
 def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:

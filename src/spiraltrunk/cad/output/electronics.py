@@ -11,6 +11,7 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.output.enclosure import list_enclosure
 from spiraltrunk.cad.output.purchase import Purchase
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Unquoted
 
 VOLTAGE = 24.0
 """Supply of the GM6020 [V] (maker's data)."""
@@ -27,12 +28,12 @@ MOTORS, SERVO = "electronics of the motors", "electronics of the servo"
 
 def motor_fuse(options: MakeOptions) -> float:
     """Fuse of one motor [A]: the next above 1.25 times its current (ours)."""
-    return _pick_fuse(1.25 * options.motor.current)
+    return _pick_fuse(1.25 * options.motor.current, 1.25)
 
 
 def main_fuse(design: TrunkDesign, options: MakeOptions) -> float:
     """Fuse of all motors [A]: the next above 1.1 times their current (ours)."""
-    return _pick_fuse(1.1 * design.n_cable * options.motor.current)
+    return _pick_fuse(1.1 * design.n_cable * options.motor.current, 1.1 * design.n_cable)
 
 
 def supply_current(design: TrunkDesign, options: MakeOptions) -> float:
@@ -69,7 +70,7 @@ def list_electronics(design: TrunkDesign, options: MakeOptions) -> list[Purchase
          "with the motor's plug; often comes with it"),
         (1, "resistor", "120 ohm, 0.25 W", "far end of the bus, unless the last motor's own is switched on"),
     )  # fmt: skip
-    box = list_enclosure(n, MOTORS, has_servo=design.gripper is not None)
+    box = list_enclosure(n, MOTORS, power=VOLTAGE * supply, has_servo=design.gripper is not None)
     return box + [
         Purchase(kind="electronics", item=item, count=count, size=size, place=MOTORS, note=note)
         for count, item, size, note in rows
@@ -92,5 +93,14 @@ def list_servo_electronics() -> list[Purchase]:
     ]
 
 
-def _pick_fuse(least: float) -> float:
-    return next((fuse for fuse in _FUSES if fuse >= least), _FUSES[-1])
+def _pick_fuse(least: float, share: float) -> float:
+    """The next fuse from ``least`` [A], which is ``share`` times the current of one motor.
+
+    Raises:
+        DesignError: where there is none.
+    """
+    found = next((fuse for fuse in _FUSES if fuse >= least), None)
+    if found is None:
+        allowed = f"at most {_FUSES[-1] / share:.3g} A, for a blade fuse of {_FUSES[-1]:g} A"
+        raise DesignError("motor.current", got=Unquoted(f"{least / share:g} A"), allowed=allowed)
+    return found

@@ -9,8 +9,11 @@ from typing import NamedTuple, final
 
 from spiraltrunk.cad.output.purchase import Purchase
 
+POWER = 350.0
+"""Largest power of a supply of the size `SUPPLY` [W] (ours)."""
+
 SUPPLY = (215.0, 115.0, 30.0)
-"""Enclosed 24 V supply of 350 W: length, width, height [mm] (ours, as usual supplies of this power measure)."""
+"""Enclosed 24 V supply of `POWER`: length, width, height [mm] (ours, as usual supplies of this power measure)."""
 
 BESIDE = {
     "relay in its socket": (60.0, 30.0, 75.0),
@@ -62,14 +65,18 @@ def count_glands(n_cable: int, *, has_servo: bool) -> int:
     return n_cable + 4 + 2 * has_servo
 
 
-def list_enclosure(n_cable: int, place: str, *, has_servo: bool) -> list[Purchase]:
-    """The box and its glands."""
-    inner = size_enclosure(has_servo=has_servo)
+def list_enclosure(n_cable: int, place: str, *, power: float, has_servo: bool) -> list[Purchase]:
+    """The box and its glands, for a supply of this power [W]."""
+    inner, (long, wide, tall) = size_enclosure(has_servo=has_servo), SUPPLY
+    larger = (
+        f"the supply of {power:.0f} W is larger than the {long:g} x {wide:g} x {tall:g} mm counted here: add what it "
+        "measures more; "
+    ) * (power > POWER)
     rows = (
         (1, "enclosure with lid and knock-outs, vented",
          f"inside {inner.length:.0f} x {inner.width:.0f} x {inner.height:.0f} mm or more",
-         "flame retardant plastic or earthed metal; measure the bought electronics first; vents or a fan by the "
-         "supply's manual"),
+         f"flame retardant plastic or earthed metal; {larger}measure the bought electronics first; vents or a fan by "
+         "the supply's manual"),
         (count_glands(n_cable, has_servo=has_servo), "cable gland with nut", "M16, for leads of 4 to 10 mm",
          "strain relief: one for each lead through the wall"),
     )  # fmt: skip

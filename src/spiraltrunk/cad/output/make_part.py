@@ -77,7 +77,7 @@ def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder
         OSError: where a file cannot be written.
     """
     solid = build_solid(part.form)
-    mesh = build_mesh(solid, options.tolerance)
+    mesh = build_mesh(solid, options.tolerance, options.remedies.tolerance)
     faces = None
     if part.group == "trunk":
         faces = place_faces(part, measure_cones(solid), measure_cylinders(solid, options.hole / 2))

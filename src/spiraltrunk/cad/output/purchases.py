@@ -117,7 +117,7 @@ def _screw(count: int, item: str, size: str, place: str) -> Purchase:
 
 
 def _list_cables(design: TrunkDesign, groups: set[str], options: MakeOptions) -> list[Purchase]:
-    rows, braid = [], "UHMWPE, braided"
+    rows, braid, has_drums = [], "UHMWPE, braided", bool({"drums", "housing"} & groups)
     if "drums" in groups:
         rows.append(
             Purchase(kind=CABLES, item="cable", count=design.n_cable, material=braid, place="trunk",
@@ -134,7 +134,7 @@ def _list_cables(design: TrunkDesign, groups: set[str], options: MakeOptions) ->
     if {"drums", "trunk", "gripper"} & groups:
         rows.append(
             Purchase(kind=CABLES, item="cable for trials", count=1, material=braid, place="trials",
-                     size=f"{options.cable:g} mm, {trial_length(design, options):.0f} mm long",
+                     size=f"{options.cable:g} mm, {trial_length(design, options, has_drums=has_drums):.0f} mm long",
                      note="tries holes and knots, and compares currents with tensions")
         )  # fmt: skip
     if design.gripper is not None and {"horn", "gripper"} & groups:

@@ -7,7 +7,7 @@ import math
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import polar
 from spiraltrunk.cad.housing.housing import PORT_TURN, find_bracket
-from spiraltrunk.cad.housing.layout import HousingLayout, find_layout
+from spiraltrunk.cad.housing.layout import POST, HousingLayout, find_layout
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles
 from spiraltrunk.design.trunk import TrunkDesign
 
@@ -59,7 +59,7 @@ def format_top_view(design: TrunkDesign, options: MakeOptions) -> str:
         '<defs><marker id="head" orient="auto" markerWidth="5" markerHeight="5" refX="2" refY="2.5">'
         '<path d="M0,0 L5,2.5 L0,5 z" fill="#222222"/></marker></defs>',
         _circle((0.0, 0.0), layout.radius, "#222222", 3),
-        *(_circle(polar(layout.post, angle, 0.0)[:2], 4.0, "#222222", 2) for angle in layout.posts),
+        *(_circle(polar(layout.post, angle, 0.0)[:2], POST, "#222222", 2) for angle in layout.posts),
         *_draw_winders(design, layout, options),
         *_draw_openings(design, layout, options),
         _text((0.0, -layout.radius - _MARGIN - 4.0), "seen from the trunk; arrows: the sense that pulls"),

@@ -14,9 +14,6 @@ from spiraltrunk.cli.progress import show_progress
 if TYPE_CHECKING:
     from spiraltrunk.workflows.export.export import Request
 
-_MOST_WORKERS = 4
-"""Most processes that make parts: each holds the CAD kernel in memory, and few parts take long."""
-
 
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
@@ -81,7 +78,7 @@ def _build_request(arguments: argparse.Namespace) -> Request:
     from spiraltrunk.cad.output.make_part import FORMATS as PART_FORMATS
     from spiraltrunk.design import presets
     from spiraltrunk.errors import DesignError
-    from spiraltrunk.workflows.export.export import Request
+    from spiraltrunk.workflows.export.export import MOST_WORKERS, Request
 
     parts = arguments.parts or ["all"]
     for name in (*parts, *arguments.formats):
@@ -94,7 +91,7 @@ def _build_request(arguments: argparse.Namespace) -> Request:
         )  # fmt: skip
     except DesignError as error:
         raise DesignError(f"--{error.name.replace('_', '-')}", got=error.got, allowed=error.allowed) from None
-    workers = min(_MOST_WORKERS, len(os.sched_getaffinity(0)))
+    workers = min(MOST_WORKERS, len(os.sched_getaffinity(0)))
     request = Request(parts=tuple(parts), formats=tuple(arguments.formats), options=options, workers=workers)
     if "all" not in parts and not request.part_formats:
         given = f"--parts {' '.join(parts)} given with --formats {' '.join(arguments.formats)}"

@@ -8,6 +8,7 @@ import threading
 import warnings
 import webbrowser
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_text
@@ -44,6 +45,7 @@ def add_verb(verbs: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
+    from spiraltrunk.studio.page.scratch import remove_scratch
     from spiraltrunk.studio.server.heap import bound_heap
     from spiraltrunk.studio.studio import Studio, StudioOptions
 
@@ -66,19 +68,26 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
         return build_tabs(open_hub)
 
-    studio = Studio(design, load_tabs, StudioOptions(host=arguments.host, port=arguments.port))
-    try:
+    def close_hubs() -> None:
+        for hub in hubs:
+            hub.close()
+
+    with ExitStack() as ends:  # The last is ended first, and each whatever becomes of the others.
+        ends.callback(remove_scratch)  # Exit handlers, which would do it, do not run after Ctrl-C.
+        ends.callback(close_hubs)  # Once more, for a robot that a page connected meanwhile.
+        studio = Studio(design, load_tabs, StudioOptions(host=arguments.host, port=arguments.port))
+        ends.callback(studio.stop)
+        ends.callback(close_hubs)
         if studio.needs_token:
             complain(f"others can reach this studio at {arguments.host}: whoever has the address can use it", DONE)
         line = json.dumps({"address": studio.address})  # One line: a program reads it while the studio runs.
-        print(line if arguments.json else f"studio: {studio.address} (Ctrl-C ends it)", flush=True)
+        try:
+            print(line if arguments.json else f"studio: {studio.address} (Ctrl-C ends it)", flush=True)
+        except BrokenPipeError:  # Nobody reads the address.
+            return DONE, ""
         if not arguments.no_browser:
             webbrowser.open(studio.address)
         threading.Event().wait()
-    finally:
-        studio.stop()
-        for hub in hubs:
-            hub.close()
     return DONE, ""
 
 

@@ -64,11 +64,11 @@ def build_trunk_surfaces(design: TrunkDesign, frames: np.ndarray) -> TrunkSurfac
     """
     solid, scale = design.solid, design.scale
     facets = _FEW_FACETS if design.n_section > _MANY else _FACETS
-    section = _revolve(
+    section = revolve(
         [(0.0, 0.0), (solid.rim_start, solid.radius), (solid.rim_end, solid.radius), (solid.length, 0.0)], facets
     )
     odd, even = (_place(section, frames[first::2], scale[first::2]) for first in (0, 1))
-    joint = _revolve(_cylinder(-design.joint.length / 2, design.joint.length / 2, design.joint.radius), _THIN_FACETS)
+    joint = revolve(_cylinder(-design.joint.length / 2, design.joint.length / 2, design.joint.radius), _THIN_FACETS)
     return TrunkSurfaces(
         sections=(odd, even), joints=_place(joint, _halve(frames), scale[:-1]),
         gripper=_build_gripper(design, frames[-1]),
@@ -105,7 +105,7 @@ def build_rods(lines: Sequence[np.ndarray], radii: Sequence[float]) -> list[Surf
     return [Surface(part.reshape(-1, 3), faces[: len(part)].reshape(-1, 3)) for part in parts]
 
 
-def _revolve(profile: list[tuple[float, float]], facets: int) -> Surface:
+def revolve(profile: list[tuple[float, float]], facets: int) -> Surface:
     """Surface of revolution about x of a profile of (axial, radial) points [m]; its edges stay sharp."""
     angle = 2 * math.pi * np.arange(facets) / facets
     around = np.stack([np.zeros(facets), np.cos(angle), np.sin(angle)], axis=-1)
@@ -154,7 +154,7 @@ def _build_gripper(design: TrunkDesign, tip: np.ndarray) -> Surface | None:
     surfaces = []
     for start, length, width in zip(begin.tolist(), gripper.phalanx_length, gripper.phalanx_width, strict=True):
         bevel, radius = min(width, length) / 5, float(width) / 2
-        phalanx = _revolve(
+        phalanx = revolve(
             [(0.0, 0.0), (0.0, radius - bevel), (bevel, radius), (float(length) - bevel, radius),
              (float(length), radius - bevel), (float(length), 0.0)], _THIN_FACETS,
         )  # fmt: skip
@@ -168,8 +168,8 @@ def _build_gripper(design: TrunkDesign, tip: np.ndarray) -> Surface | None:
 def _build_mount(design: TrunkDesign, facets: int) -> Surface:
     housing, neck = design.housing, -design.housing.neck_length
     return _join([
-        _revolve(_cylinder(neck, 0.0, float(design.section_radius[0])), facets),
-        _revolve(_cylinder(neck - housing.length, neck, housing.radius), facets),
+        revolve(_cylinder(neck, 0.0, float(design.section_radius[0])), facets),
+        revolve(_cylinder(neck - housing.length, neck, housing.radius), facets),
     ])  # fmt: skip
 
 

@@ -9,13 +9,10 @@ from typing import Any
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.studio.design.make_options import PAGE_OPTIONS
 from spiraltrunk.workflows.export.archive import export_archive
-from spiraltrunk.workflows.export.export import FORMATS, Request
+from spiraltrunk.workflows.export.export import FORMATS, MOST_WORKERS, Request
 
 ALL = "all formats"
 """Choice of all formats, with the models of the whole robot."""
-
-_MOST_WORKERS = 4
-"""Most processes that make parts."""
 
 
 def make_archive(report: Callable[[Any], None], design: TrunkDesign, parts: str, kind: str, folder: str) -> bytes:
@@ -29,6 +26,6 @@ def make_archive(report: Callable[[Any], None], design: TrunkDesign, parts: str,
         folder: an empty folder to work in.
     """
     formats = FORMATS if kind == ALL else (kind,)
-    workers = min(_MOST_WORKERS, len(os.sched_getaffinity(0)))
+    workers = min(MOST_WORKERS, len(os.sched_getaffinity(0)))
     request = Request(parts=(parts,), formats=formats, options=PAGE_OPTIONS, workers=workers)
     return export_archive(design, request, folder=folder, progress=lambda *step: report(step))

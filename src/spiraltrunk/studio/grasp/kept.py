@@ -27,8 +27,6 @@ class KeptGrasp:
     """Bodies and frames."""
     result: dict[str, Any]
     """Its result."""
-    command: str
-    """The command that does the same."""
 
 
 _kept: OrderedDict[str, KeptGrasp] = OrderedDict()

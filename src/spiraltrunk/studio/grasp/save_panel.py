@@ -44,7 +44,9 @@ class SavePanel:
         """Offer the files of a grasp."""
         self._request, self._recording, self._result = grasp.request, grasp.recording, grasp.result
         label = f"*{escape_markdown(grasp.request.name)}* by *{grasp.request.strategy}*"
-        self._command.content = f"{label}. The same by a command: `{grasp.command} --out DIR --replay FILE.html`"
+        self._command.content = (
+            f"{label}. The same by a command: `{grasp.request.command} --out DIR --replay FILE.html`"
+        )
         self._folder.visible = True
 
     def clear(self) -> None:

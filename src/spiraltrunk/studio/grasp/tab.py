@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk import strategies
-from spiraltrunk.design import TrunkDesign, presets
+from spiraltrunk.design import TrunkDesign
 from spiraltrunk.errors import SpiralTrunkError, StudioError
 from spiraltrunk.studio.drawing.camera import TabCamera
 from spiraltrunk.studio.grasp.jobs import Scene, prepare
@@ -160,8 +160,8 @@ class GraspTab:
         design = self._page.design
         design = replace(design, cable=replace(design.cable, friction=self._friction.value))
         return GraspRequest(
-            design=design, shape=shape, name=name, strategy=self._strategy.value, stage=self._stage.value,
-            seed=round(self._seed.value),
+            design=design, shape=shape, name=name, option=self._object.option, strategy=self._strategy.value,
+            stage=self._stage.value, seed=round(self._seed.value),
         )  # fmt: skip
 
     def _change_stage(self, stage: str) -> None:
@@ -257,21 +257,6 @@ class GraspTab:
             self._told.content = describe_choice(self._strategy.value, self._candidates)
 
     def _offer(self, request: GraspRequest, recording: Recording, result: dict[str, Any]) -> None:
-        self._done = KeptGrasp(
-            name=secrets.token_hex(8), request=request, recording=recording, result=result,
-            command=self._format_command(request),
-        )  # fmt: skip
+        self._done = KeptGrasp(name=secrets.token_hex(8), request=request, recording=recording, result=result)
         self._set_last(None)
         self._save.offer(self._done)
-
-    def _format_command(self, request: GraspRequest) -> str:
-        stage = f" --stage {request.stage}" if request.strategy == AUTO else ""
-        return (
-            f"spiraltrunk grasp {request.strategy} --object {self._object.option}{stage}"
-            f"{_format_design(self._page.design)} --friction {request.design.cable.friction:g} --seed {request.seed}"
-        )
-
-
-def _format_design(design: TrunkDesign) -> str:
-    known = next((name for name in presets.NAMES if presets.get(name) == design), "FILE.toml")
-    return "" if known == "paper" else f" --design {known}"

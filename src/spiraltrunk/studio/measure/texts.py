@@ -9,9 +9,8 @@ from typing import Any
 from spiraltrunk.studio.measure.error_scale import GAP, format_gradient
 from spiraltrunk.studio.measure.picture import MEASURED
 from spiraltrunk.studio.measure.take_folder import StoredTake
+from spiraltrunk.studio.page.html import BLOCK, format_color, format_mark
 from spiraltrunk.workflows.validate.overlay import RunOverlay
-
-_BLOCK = '<div style="font-size: 0.8rem; line-height: 1.45; padding: 0 0.75em 0.4em 0.75em">{}</div>'
 
 RMSE = (0, 114, 178)
 """Colour of the line of root mean squares: blue of Okabe and Ito."""
@@ -19,16 +18,16 @@ RMSE = (0, 114, 178)
 _MOST_NOTES = 3
 """Notes that are shown; the report has all of them [-]."""
 
-EMPTY = _BLOCK.format(
+EMPTY = BLOCK.format(
     "<b>No recording yet.</b> Drop or upload a take that Motive exported as CSV (or C3D), or record a virtual session: "
     "a printed trunk that deviates from its design, recorded by simulated cameras."
 )
 """What to do at first."""
 
-STOPPED = _BLOCK.format("<b>Stopped.</b> Change something to start again.")
+STOPPED = BLOCK.format("<b>Stopped.</b> Change something to start again.")
 """After the stop button."""
 
-CALIBRATE = _BLOCK.format(
+CALIBRATE = BLOCK.format(
     "Fits the trunk's parameters to the takes. Of each run with several takes the last is held out and tells the error."
 )
 """Before a calibration."""
@@ -37,18 +36,20 @@ CALIBRATE = _BLOCK.format(
 def format_takes(takes: Sequence[StoredTake]) -> str:
     """The recordings that are there."""
     if not takes:
-        return _BLOCK.format("No takes.")
-    return _BLOCK.format("<br>".join(f"{escape(take.name)} <i>as {escape(take.run)}</i>" for take in takes))
+        return BLOCK.format("No takes.")
+    return BLOCK.format("<br>".join(f"{escape(take.name)} <i>as {escape(take.run)}</i>" for take in takes))
 
 
 def format_working(step: str) -> str:
     """What is done now."""
-    return _BLOCK.format(f"<b>{escape(step[:1].upper() + step[1:])} ...</b>")
+    return BLOCK.format(f"<b>{escape(step[:1].upper() + step[1:])} ...</b>")
 
 
 def format_failed(reason: str) -> str:
     """Why there is no result."""
-    return _BLOCK.format(f'<span style="color: {_css((213, 94, 0))}">▲</span> <b>No comparison:</b> {escape(reason)}')
+    return BLOCK.format(
+        f'<span style="color: {format_color((213, 94, 0))}">▲</span> <b>No comparison:</b> {escape(reason)}'
+    )
 
 
 def format_moment(run: RunOverlay, take: int, moment: int, result: dict[str, Any]) -> str:
@@ -64,7 +65,7 @@ def format_moment(run: RunOverlay, take: int, moment: int, result: dict[str, Any
     ]  # fmt: skip
     if result["is_made_up"]:
         lines.append("<i>Synthetic takes, not a measurement.</i>")
-    return _BLOCK.format("<br>".join(lines))
+    return BLOCK.format("<br>".join(lines))
 
 
 def format_scale(most: float) -> str:
@@ -74,12 +75,12 @@ def format_scale(most: float) -> str:
     ends = f'<div style="{row}"><span>0</span><span>{{}}</span><span>{{}}</span></div>'
     numbers = ends.format(f"distance from the model [mm], {500 * most:g} in the middle", f"{1e3 * most:g}")
     marks = f"{_mark(MEASURED, 'measured point')} {_mark(GAP, 'no marker seen')}"
-    return _BLOCK.format(f'<div style="{bar}"></div>{numbers}{marks}')
+    return BLOCK.format(f'<div style="{bar}"></div>{numbers}{marks}')
 
 
 def format_lines() -> str:
     """Lines of the plot."""
-    return _BLOCK.format(f"{_mark(RMSE, 'RMSE of the run')} {_mark(MEASURED, 'distance at this moment')}")
+    return BLOCK.format(f"{_mark(RMSE, 'RMSE of the run')} {_mark(MEASURED, 'distance at this moment')}")
 
 
 def format_notes(notes: Sequence[str]) -> str:
@@ -88,7 +89,7 @@ def format_notes(notes: Sequence[str]) -> str:
         return ""
     more = f"<br>{len(notes) - _MOST_NOTES} more in the report" if len(notes) > _MOST_NOTES else ""
     listed = "<br>".join(escape(note) for note in notes[:_MOST_NOTES])
-    return _BLOCK.format(f'<span style="font-size: 0.72rem; opacity: 0.85">{listed}{more}</span>')
+    return BLOCK.format(f'<span style="font-size: 0.72rem; opacity: 0.85">{listed}{more}</span>')
 
 
 def format_calibration(result: dict[str, Any]) -> str:
@@ -103,7 +104,7 @@ def format_calibration(result: dict[str, Any]) -> str:
         f"{_mm(errors['reference_mean_rmse_m'])} mm",
         f"{len(told)} of {len(result['parameters'])} parameters are determined by these takes",
     ]  # fmt: skip
-    return _BLOCK.format("<br>".join(lines))
+    return BLOCK.format("<br>".join(lines))
 
 
 def _list_sections(gaps: list[int]) -> str:
@@ -113,13 +114,7 @@ def _list_sections(gaps: list[int]) -> str:
 
 
 def _mark(color: tuple[int, int, int], text: str) -> str:
-    square = f"display: inline-block; width: 0.75em; height: 0.75em; border-radius: 50%; background: {_css(color)}"
-    space = "white-space: nowrap; margin-right: 0.6em"
-    return f'<span style="{space}"><span style="{square}"></span> {escape(text)}</span>'
-
-
-def _css(color: tuple[int, int, int]) -> str:
-    return "rgb({}, {}, {})".format(*color)
+    return format_mark(format_color(color), text, radius="50%")
 
 
 def _mm(value: float | None) -> str:

@@ -137,18 +137,21 @@ class Page:
 
         An error of what was under way is shown instead of the last one under the same key, until ``act`` succeeds.
         """
+        self.later(key, lambda: self._try_taking(key, act), seconds)
 
-        def take() -> None:
-            try:
-                act()
-            except SERIOUS as error:
-                self.notice(str(error), topic=key)
-            except SpiralTrunkError as error:
-                self.notice(str(error), "refusal")
-            else:
-                self.clear_error(key)
+    def post_taken(self, key: str, act: Callable[[], None]) -> None:
+        """Run ``act`` as `take` does at once, but replace no earlier one of the key: none is left out."""
+        self.post(lambda: self._try_taking(key, act))
 
-        self.later(key, take, seconds)
+    def _try_taking(self, key: str, act: Callable[[], None]) -> None:
+        try:
+            act()
+        except SERIOUS as error:
+            self.notice(str(error), topic=key)
+        except SpiralTrunkError as error:
+            self.notice(str(error), "refusal")
+        else:
+            self.clear_error(key)
 
     def _fire(self, key: str, act: Callable[[], None]) -> None:
         """Hand on an act whose time has come, where none has replaced it; its timer, which calls this, is forgotten."""

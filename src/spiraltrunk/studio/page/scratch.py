@@ -33,6 +33,13 @@ def make_scratch(name: str) -> Path:
     return Path(tempfile.mkdtemp(prefix=f"{name}-", dir=_find_root()))
 
 
+def remove_scratch() -> None:
+    """Remove the folder of this process, with all in it; one that ends without its exit handlers calls it."""
+    with _opening:
+        while _roots:
+            shutil.rmtree(_roots.pop(), ignore_errors=True)
+
+
 def _find_root() -> Path:
     with _opening:
         if not _roots or not _roots[-1].is_dir():

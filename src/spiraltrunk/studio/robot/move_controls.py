@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import final
 
@@ -10,13 +11,16 @@ from spiraltrunk.errors import StudioError
 from spiraltrunk.studio.page.buttons import add_button
 from spiraltrunk.studio.page.controls import Slider
 from spiraltrunk.studio.page.page import Page
-from spiraltrunk.studio.page.scale import Scale
+from spiraltrunk.studio.page.scale import Scale, is_number
 from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.workflows.drive.remote.requests import SPEED_LEAST, SPEED_MOST, STEP_MOST, Jog, Limit, Move, Request
 from spiraltrunk.workflows.drive.remote.service import SPEED, TENSION
 
 _WAYS = {"let out": -1.0, "wind in": 1.0}
 """What the two buttons of a cable do."""
+
+_OLDEST = 0.5
+"""Age of a click up to which it moves a cable [s] (ours)."""
 
 
 @final
@@ -74,12 +78,30 @@ class MoveControls:
         row = self._page.gui.add_button_group(
             f"Cable {cable + 1}", tuple(_WAYS), hint=f"Winds cable {cable + 1} by one step; it holds its length then"
         )
-        row.on_click(lambda _: self._page.post(lambda: self._jog(cable, str(row.value))))
+        row.on_click(lambda _: self._post_jog(cable, row.value, self.step.handle.value))
 
-    def _jog(self, cable: int, way: str) -> None:
+    def _post_jog(self, cable: int, way: object, step: object) -> None:
+        """Queue a jog with what the controls show at the click; what is sent later does not change it."""
+        clicked = time.monotonic()
+        self._page.post_taken(f"jog {cable}", lambda: self._jog(cable, str(way), str(step), clicked))
+
+    def _jog(self, cable: int, way: str, step: str, clicked: float) -> None:
+        """Ask for a jog.
+
+        Raises:
+            StudioError: for what the controls do not offer, and for a click that has waited too long: nothing moves
+                when nobody expects it any more.
+        """
+        self._page.clear_refusal()
         if way not in _WAYS:
             raise StudioError(f"a cable was told {way[:80]!r}; allowed: {', '.join(_WAYS)}")
-        self._ask(Jog(cable, _WAYS[way] * 1e-3 * self.step.value))
+        if not (is_number(step) and self.step.scale.accepts(float(step))):
+            raise StudioError(self.step.scale.refuse(step))
+        waited = time.monotonic() - clicked
+        if waited > _OLDEST:
+            told = f"the click waited {waited:.2f} s; allowed: at most {_OLDEST:g} s; press again"
+            raise StudioError(f"cable {cable + 1} was not moved: {told}")
+        self._ask(Jog(cable, _WAYS[way] * 1e-3 * float(step)))
 
     def _let_follow(self) -> None:
         self._ask(Move((None,) * self._design.n_cable))

@@ -11,12 +11,11 @@ import numpy as np
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.report.style import COLORS
 from spiraltrunk.studio.drawing.trunk_view import BODY, GHOST
+from spiraltrunk.studio.page.html import BLOCK, format_color, format_mark
 from spiraltrunk.studio.shape.picture import SHUT
 
 if TYPE_CHECKING:
     from spiraltrunk.studio.shape.state import TrunkState
-
-_BLOCK = '<div style="font-size: 0.8rem; line-height: 1.45; padding: 0 0.75em 0.4em 0.75em">{}</div>'
 
 _LIMIT = '<span style="white-space: nowrap">- - joint limit</span>'
 
@@ -29,13 +28,18 @@ OUT_OF_REACH = 5e-4
 def format_legend(design: TrunkDesign) -> str:
     """Colours of the scene and the plots."""
     cables = [(COLORS[i % len(COLORS)], f"cable {i + 1}{_name_side(design, i)}") for i in range(design.n_cable)]
-    marks = [(_css(SHUT), "shut joint"), (_css(BODY), "section"), (_css(GHOST), "paper's model"), *cables]
-    return _BLOCK.format(" ".join([*(_mark(color, text) for color, text in marks), _LIMIT]) + _DRAG)
+    marks = [
+        (format_color(SHUT), "shut joint"),
+        (format_color(BODY), "section"),
+        (format_color(GHOST), "paper's model"),
+        *cables,
+    ]
+    return BLOCK.format(" ".join([*(format_mark(color, text) for color, text in marks), _LIMIT]) + _DRAG)
 
 
 def format_compiling(what: str) -> str:
     """What is compiled now."""
-    return _BLOCK.format(
+    return BLOCK.format(
         f"<b>Compiling the models: {escape(what)}.</b><br>Once after they were installed or changed, about 15 s a "
         "model. The page can be used meanwhile; the shape follows then."
     )
@@ -43,7 +47,7 @@ def format_compiling(what: str) -> str:
 
 def format_failed(reason: str) -> str:
     """Why there are no models."""
-    return _BLOCK.format(f"<b>The models could not be compiled:</b> {escape(reason)}")
+    return BLOCK.format(f"<b>The models could not be compiled:</b> {escape(reason)}")
 
 
 def format_state(state: TrunkState, target: tuple[float, bool] | None) -> str:
@@ -66,7 +70,7 @@ def format_state(state: TrunkState, target: tuple[float, bool] | None) -> str:
         f"Shut joints: {format_runs(shut)}",
         _format_tensions(state), _format_paper(state),
     ]  # fmt: skip
-    return _BLOCK.format("<br>".join(line for line in lines if line))
+    return BLOCK.format("<br>".join(line for line in lines if line))
 
 
 def format_runs(is_true: np.ndarray) -> str:
@@ -83,7 +87,7 @@ def _format_target(distance: float, is_let_go: bool) -> str:
     if distance <= OUT_OF_REACH:
         return f"<b>The tip is where you hold it</b> (residual {1e3 * distance:.2f} mm)"
     ending = "" if is_let_go else "; let go to search longer"
-    return f'<b style="color: {_css((213, 94, 0))}">Out of reach: the tip stays {left} away</b>{ending}'
+    return f'<b style="color: {format_color((213, 94, 0))}">Out of reach: the tip stays {left} away</b>{ending}'
 
 
 def _format_tensions(state: TrunkState) -> str:
@@ -109,17 +113,6 @@ def _format_paper(state: TrunkState) -> str:
 def _name_side(design: TrunkDesign, cable: int) -> str:
     side = float(design.cable_direction[cable, 1])
     return " (dorsal)" if side > 0.9 else " (ventral)" if side < -0.9 else ""
-
-
-def _mark(color: str, text: str) -> str:
-    square = f"display: inline-block; width: 0.75em; height: 0.75em; border-radius: 2px; background: {color}"
-    return (
-        f'<span style="white-space: nowrap; margin-right: 0.6em"><span style="{square}"></span> {escape(text)}</span>'
-    )
-
-
-def _css(color: tuple[int, int, int]) -> str:
-    return "rgb({}, {}, {})".format(*color)
 
 
 def _capital(text: str) -> str:

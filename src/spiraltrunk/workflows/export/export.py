@@ -40,6 +40,9 @@ MODEL_FORMATS = ("mjcf", "urdf")
 FORMATS = (*make_part.FORMATS, *MODEL_FORMATS)
 """All formats."""
 
+MOST_WORKERS = 4
+"""Most processes that are useful: each holds the CAD kernel in memory, and few parts take long (ours)."""
+
 WRITER = "export"
 """Name of the command in output folders."""
 

@@ -11,17 +11,17 @@ from spiraltrunk.cad.components.print_settings import find_settings
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.output.bill_of_materials import Bill, escape
 from spiraltrunk.cad.output.guide.step import Build, Step
-from spiraltrunk.cad.output.guide.steps_cables import list_cable_steps
-from spiraltrunk.cad.output.guide.steps_housing import TORQUES, list_housing_steps
-from spiraltrunk.cad.output.guide.steps_parts import list_part_steps
+from spiraltrunk.cad.output.guide.steps_cables import plan_cable_steps
+from spiraltrunk.cad.output.guide.steps_housing import TORQUES, plan_housing_steps
+from spiraltrunk.cad.output.guide.steps_parts import plan_part_steps
 from spiraltrunk.design.materials import RIGID
 from spiraltrunk.design.trunk import TrunkDesign
 
 
 def list_steps(build: Build) -> list[Step]:
     """The steps for the groups that are made, in order."""
-    steps = [*list_part_steps(build), *list_housing_steps(build), *list_cable_steps(build)]
-    return [step for step in steps if step.groups & build.groups]
+    planned = (*plan_part_steps(), *plan_housing_steps(), *plan_cable_steps())
+    return [step.write(build) for step in planned if step.is_necessary(build)]
 
 
 def format_guide(design: TrunkDesign, parts: Sequence[Part], bill: Bill, options: MakeOptions) -> str:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import NamedTuple, final
 
 from spiraltrunk.cad.components.fasteners import THREADS
 from spiraltrunk.cad.components.options import MakeOptions
@@ -28,8 +28,6 @@ class Step:
 
     title: str
     """What is done."""
-    groups: frozenset[str]
-    """Groups of parts (`catalogue.GROUPS`) of which one makes the step necessary."""
     needs: tuple[str, ...] = ()
     """Results of earlier steps."""
     makes: tuple[str, ...]
@@ -108,9 +106,21 @@ class Build:
         beyond = 60.0 + 2 * 100.0
         return 50 * math.ceil((1e3 * (self.design.length + self.design.housing.neck_length) + beyond) / 50)
 
-    def count(self, place: str) -> int:
-        """Number of the first item that is bought for a place."""
-        return next((row.count for row in self.bill.bought if row.place == place), 0)
+
+@final
+class PlannedStep(NamedTuple):
+    """A step that is written only where it is necessary, as parts that are not made may not fit the design."""
+
+    groups: frozenset[str]
+    """Groups of parts (`catalogue.GROUPS`) of which one makes the step necessary."""
+    write: Callable[[Build], Step]
+    """Writes it."""
+    applies: Callable[[Build], bool] = lambda build: True
+    """Whether the design has such a step; asked where one of the groups is made."""
+
+    def is_necessary(self, build: Build) -> bool:
+        """Whether the guide has the step."""
+        return bool(self.groups & build.groups) and self.applies(build)
 
 
 def name_key(size: str, *, is_sunk: bool = False, long: float = 0.0) -> str:

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+from spiraltrunk.cad.components.options import MOST_MOTORS
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, find_seat_height
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
-from spiraltrunk.cad.output.guide.step import Build, Step, name_key
+from spiraltrunk.cad.output.guide.step import Build, PlannedStep, Step, name_key
 from spiraltrunk.cad.output.payload import compute_payload
+from spiraltrunk.design.rules import GRAVITY
 
 
-def list_cable_steps(build: Build) -> list[Step]:
+def plan_cable_steps() -> tuple[PlannedStep, ...]:
     """The steps from the drums to the finished robot."""
-    steps = [_drums(build), _thread(build), _knots(build)]
-    if build.has_gripper:
-        steps.append(_gripper(build))
-    return [*steps, _markers(build), _payload(build), _pull(build)]
+    return (
+        PlannedStep(frozenset({"drums"}), _drums),
+        PlannedStep(frozenset({"drums", "housing", "trunk"}), _thread),
+        PlannedStep(frozenset({"drums", "housing", "trunk"}), _knots),
+        PlannedStep(frozenset({"gripper", "horn"}), _gripper, lambda build: build.has_gripper),
+        PlannedStep(frozenset({"markers"}), _markers),
+        PlannedStep(frozenset({"housing", "adapter"}), _payload),
+        PlannedStep(frozenset({"housing", "drums"}), _pull),
+    )
 
 
 def _drums(build: Build) -> Step:
     drum, n, tension = build.drum, build.design.n_cable, build.design.cable.tension_max
     return Step(
-        title="Cables onto the drums", groups=frozenset({"drums"}), needs=("printed drums", "housing on the arm"),
+        title="Cables onto the drums", needs=("printed drums", "housing on the arm"),
         makes=("wound drums",),
         takes=("trunk", "drum to rotor", *(() if {"trunk", "gripper"} & build.groups else ("trials",))),
         work=(
@@ -38,8 +45,8 @@ def _drums(build: Build) -> Step:
             "are pulled out by it in the last step. Until then they alone hold the turns.",
             "Try the end at the tip before it matters, on 300 mm of the cable for trials: crimp a bead with crimping "
             "pliers and "
-            f"knot as in the step after the next, then a pull of {1.25 * tension:.0f} N ({1.25 * tension / 9.81:.1f} "
-            f"kg on a luggage "
+            f"knot as in the step after the next, then a pull of {1.25 * tension:.0f} N "
+            f"({1.25 * tension / GRAVITY:.1f} kg on a luggage "
             "scale) for a minute. Cyanoacrylate holds UHMWPE badly: where bead or knot slips, tie two figures of eight "
             "on each other, and where that slips too, lower `cable.tension_max_n` to half of what held. We tried none.",
         ),
@@ -49,9 +56,9 @@ def _drums(build: Build) -> Step:
 
 
 def _thread(build: Build) -> Step:
-    hold = cable_to_hold(build.design, build.options)
+    hold = cable_to_hold(build.design)
     return Step(
-        title="Thread the trunk and shut the lid", groups=frozenset({"drums", "housing", "trunk"}),
+        title="Thread the trunk and shut the lid",
         needs=("wound drums", "trunk with strands" if build.has_gripper else "trunk on the lid"),
         makes=("threaded trunk",), takes=("cable guides", "lid to housing"),
         work=(
@@ -86,7 +93,7 @@ def _knots(build: Build) -> Step:
         else ""
     )
     return Step(
-        title="Knots at the tip", groups=frozenset({"drums", "housing", "trunk"}), needs=("threaded trunk",),
+        title="Knots at the tip", needs=("threaded trunk",),
         makes=("trunk with cables",), takes=("knots at the tip",),
         work=(
             "Trunk straight up, held along a straight edge. Pull one cable taut by hand (5 N, 0.5 kg), push a bead "
@@ -111,7 +118,7 @@ def _gripper(build: Build) -> Step:
         "4 mm of filament across the hole at the fingertip: the loop slides round it and shares the pull"
     )  # fmt: skip
     return Step(
-        title="Gripper", groups=frozenset({"gripper", "horn"}), needs=("trunk with cables", "clear gripper"),
+        title="Gripper", needs=("trunk with cables", "clear gripper"),
         makes=("robot",),
         work=(
             "Finger 1 is the finger in line with one of the two lugs of the tenon. Mark it with a pen.",
@@ -134,7 +141,7 @@ def _markers(build: Build) -> Step:
     design = build.design
     heights = [find_seat_height(1e3 * float(radius)) / 2 for radius in design.section_radius[[0, -1]]]
     return Step(
-        title="Only for motion capture: the markers", groups=frozenset({"markers"}),
+        title="Only for motion capture: the markers",
         needs=("robot" if build.has_gripper else "trunk with cables", "printed marker seats"),
         makes=("robot with markers",), takes=("marker seats",),
         work=(
@@ -166,7 +173,7 @@ def _payload(build: Build) -> Step:
     panda = " A Panda or FR3 carries 3 kg, by its maker's data." * (design.arm.model in ("panda", "fr3"))
     gripper = f", the gripper's {1e3 * design.gripper.mass:.1f} g" if design.gripper is not None else ""
     return Step(
-        title="Tell the arm its payload", groups=frozenset({"housing", "adapter"}),
+        title="Tell the arm its payload",
         needs=("robot" if build.has_gripper else "trunk with cables", "adapter on the flange"),
         makes=("arm with its payload",),
         work=(
@@ -191,8 +198,9 @@ def _pull(build: Build) -> Step:
     )  # fmt: skip
     per_newton, away = 1e-3 * drum.radius * motor.current / motor.torque, layout.radius + 1e3 * build.design.length
     n = build.design.n_cable
+    more = f" and 0x2FE for the ids 5 to {MOST_MOTORS}" * (n > 4)
     return Step(
-        title="First pull", groups=frozenset({"housing", "drums"}),
+        title="First pull",
         needs=("robot" if build.has_gripper else "trunk with cables", "checked motors", "arm with its payload"),
         makes=("robot under tension",),
         work=(
@@ -205,7 +213,7 @@ def _pull(build: Build) -> Step:
             "A program of your own must obey `SAFETY.md`. In short: no command older than 20 ms, current limited in "
             "size and rate, tension never below a floor, and ramped down to it on a fault before it goes to zero.",
             f"What it needs (untried; compare the motor's manual): GM6020 in current mode, frame 0x1FE for "
-            f"the ids 1 to 4, two bytes a motor, high byte first, 16384 for 3 A; feedback as on the bench. "
+            f"the ids 1 to 4{more}, two bytes a motor, high byte first, 16384 for 3 A; feedback as on the bench. "
             f"{per_newton:.4f} A pull 1 N ({motor.torque:g} N m at {motor.current:g} A, cable's middle on a circle of "
             f"{2 * drum.radius:.1f} mm; friction is not counted). First limit: {5 * per_newton:.2f} A (5 N). Never "
             f"above {cable.tension_max * per_newton:.2f} A ({cable.tension_max:g} N, `cable.tension_max_n`).",

@@ -10,7 +10,7 @@ from spiraltrunk.cad.housing.housing import PORT, SPIGOT_SEAT
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.winder import find_arm, motor_angles
 from spiraltrunk.cad.output import electronics
-from spiraltrunk.cad.output.guide.step import Build, Step, join, name_key, name_spanner
+from spiraltrunk.cad.output.guide.step import Build, PlannedStep, Step, join, name_key, name_spanner
 from spiraltrunk.cad.output.top_view import find_port, find_servo
 
 TORQUES = ", ".join(f"{name} {thread.torque:g} N m" for name, thread in THREADS.items())
@@ -20,13 +20,21 @@ _FEEDBACK = 0x204
 """CAN id of a motor's feedback less its own id (GM6020, public drivers)."""
 
 
-def list_housing_steps(build: Build) -> list[Step]:
+def plan_housing_steps() -> tuple[PlannedStep, ...]:
     """The steps from the electronics to the open housing on the arm, with the trunk on its lid beside it."""
-    steps = [_power(build), *([_servo()] if build.has_gripper else []), _inserts(), _motors(build)]
-    steps += [_neck(build), _lid(build)]
-    if build.has_gripper:
-        steps.append(_bracket(build))
-    return [*steps, _flange(), _wedge(), _adapter(build), _cup(build)]
+    return (
+        PlannedStep(frozenset({"housing"}), _power),
+        PlannedStep(frozenset({"horn", "housing"}), _servo, lambda build: build.has_gripper),
+        PlannedStep(frozenset({"housing", "adapter"}), _inserts),
+        PlannedStep(frozenset({"housing"}), _motors),
+        PlannedStep(frozenset({"trunk", "housing"}), _neck),
+        PlannedStep(frozenset({"housing"}), _lid),
+        PlannedStep(frozenset({"horn", "housing", "gripper"}), _bracket, lambda build: build.has_gripper),
+        PlannedStep(frozenset({"adapter", "wedge"}), _flange),
+        PlannedStep(frozenset({"wedge"}), _wedge),
+        PlannedStep(frozenset({"adapter"}), _adapter),
+        PlannedStep(frozenset({"housing", "adapter"}), _cup),
+    )
 
 
 def _power(build: Build) -> Step:
@@ -34,7 +42,7 @@ def _power(build: Build) -> Step:
     n, own, main = design.n_cable, electronics.motor_fuse(options), electronics.main_fuse(design, options)
     ids = join([f"0x{_FEEDBACK + k:X}" for k in range(1, n + 1)])
     return Step(
-        title="Wire the motors on the bench, without cables or drums", groups=frozenset({"housing"}),
+        title="Wire the motors on the bench, without cables or drums",
         needs=("measured motors",), makes=("checked motors",), takes=(electronics.MOTORS,),
         work=(
             f"With a crimping tool or soldering iron build the power path: supply plus, fuse {main:g} A, relay "
@@ -69,9 +77,9 @@ def _power(build: Build) -> Step:
     )  # fmt: skip
 
 
-def _servo() -> Step:
+def _servo(_: Build) -> Step:
     return Step(
-        title="Set the servo to its middle", groups=frozenset({"horn", "housing"}), needs=("measured motors",),
+        title="Set the servo to its middle", needs=("measured motors",),
         makes=("servo at its middle",), takes=(electronics.SERVO,),
         work=(
             "Feed the converter from behind the main fuse, before the relay, through its own fuse: the gripper keeps "
@@ -91,9 +99,9 @@ def _servo() -> Step:
     )  # fmt: skip
 
 
-def _inserts() -> Step:
+def _inserts(_: Build) -> Step:
     return Step(
-        title="Melt the inserts in", groups=frozenset({"housing", "adapter"}),
+        title="Melt the inserts in",
         needs=("printed housing", "printed adapter"), makes=("housing with inserts", "adapter with inserts"),
         takes=("inserts of the adapter", "inserts of the housing"),
         work=(
@@ -114,7 +122,7 @@ def _motors(build: Build) -> Step:
     port = math.degrees(find_port(find_layout(build.design, build.options)))
     cables = join([f"{math.degrees(angle):.0f}" for angle in build.design.cable.angles]) + " deg"
     return Step(
-        title="Motors into the housing", groups=frozenset({"housing"}),
+        title="Motors into the housing",
         needs=("housing with inserts", "adapter with inserts", "checked motors", "printed lid", "printed drums",
                *(("printed double arm", "servo at its middle") if build.has_gripper else ())),
         makes=("housing with motors",), takes=("motor to housing",),
@@ -142,7 +150,7 @@ def _neck(build: Build) -> Step:
     wires = f"{n} rows" + (" and 2 through the channel on the axis, one from each of its holes in the tip's socket"
                            if build.has_gripper else "")  # fmt: skip
     return Step(
-        title="Neck onto section 1", groups=frozenset({"trunk", "housing"}), needs=("weighed trunk", "clear neck"),
+        title="Neck onto section 1", needs=("weighed trunk", "clear neck"),
         makes=("trunk with neck",), takes=("neck to section 1",),
         work=(
             "Mark dorsal on the trunk with a pen. With a gripper it is the cable hole half-way "
@@ -174,7 +182,7 @@ def _lid(build: Build) -> Step:
         f"{servo:.0f} deg anticlockwise of dorsal, seen from the tip, near the opening for the wires."
     ) * build.has_gripper
     return Step(
-        title="Neck onto the lid", groups=frozenset({"housing"}), needs=("trunk with neck", "printed lid"),
+        title="Neck onto the lid", needs=("trunk with neck", "printed lid"),
         makes=("trunk on the lid",), takes=("neck to lid",),
         work=(
             f"Lay the lid with its rim on two blocks of {high:.0f} mm, flat face up, guides down and free between the "
@@ -192,7 +200,7 @@ def _bracket(build: Build) -> Step:
     gripper = build.design.gripper
     fingers, legs = (0, 1) if gripper is None else (gripper.n_finger, gripper.n_leg)
     return Step(
-        title="Servo, double arm and the gripper's strands", groups=frozenset({"horn", "housing", "gripper"}),
+        title="Servo, double arm and the gripper's strands",
         needs=("trunk on the lid", "servo at its middle", "printed double arm"), makes=("trunk with strands",),
         takes=("gripper",),
         work=(
@@ -235,9 +243,9 @@ def _say_channel(build: Build) -> str:
     return f"They run {inside}beside the thinner joints from {hollow + 1} on, {sides}. "
 
 
-def _flange() -> Step:
+def _flange(_: Build) -> Step:
     return Step(
-        title="Prepare the arm's flange", groups=frozenset({"adapter", "wedge"}), makes=("flange facing up",),
+        title="Prepare the arm's flange", makes=("flange facing up",),
         work=(
             "Bring the arm into a pose with its flange up, brakes on, power off; it stays off until the payload is "
             "set. From here on the robot is built on the arm, or on a plate with the same holes: the adapter's screws "
@@ -250,9 +258,9 @@ def _flange() -> Step:
     )  # fmt: skip
 
 
-def _wedge() -> Step:
+def _wedge(_: Build) -> Step:
     return Step(
-        title="Only to measure at a tilt: the wedges", groups=frozenset({"wedge"}),
+        title="Only to measure at a tilt: the wedges",
         needs=("clear wedges", "flange facing up"),
         makes=("tilted flange",), takes=("wedge to flange or bench", "adapter or wedge onto wedge"),
         work=(
@@ -273,7 +281,7 @@ def _wedge() -> Step:
 def _adapter(build: Build) -> Step:
     roll = math.degrees(build.design.arm.roll)
     return Step(
-        title="Adapter onto the arm's flange", groups=frozenset({"adapter"}),
+        title="Adapter onto the arm's flange",
         needs=("adapter with inserts", "flange facing up"),
         makes=("adapter on the flange",), takes=("adapter to the arm's flange",),
         work=(
@@ -292,7 +300,7 @@ def _adapter(build: Build) -> Step:
 def _cup(build: Build) -> Step:
     long = math.ceil((find_layout(build.design, build.options).height - build.options.plate + 10) / 10) * 10
     return Step(
-        title="Housing onto the adapter", groups=frozenset({"housing", "adapter"}),
+        title="Housing onto the adapter",
         needs=("housing with motors", "adapter on the flange"), makes=("housing on the arm",),
         takes=("housing to adapter",),
         work=(

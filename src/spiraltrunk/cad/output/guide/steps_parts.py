@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
-from spiraltrunk.cad.housing.layout import find_layout
+from spiraltrunk.cad.housing.winder import motor_ring
 from spiraltrunk.cad.output import filament
-from spiraltrunk.cad.output.guide.step import Build, Step, join
+from spiraltrunk.cad.output.guide.step import Build, PlannedStep, Step, join
+from spiraltrunk.cad.output.purchase import Purchase
 from spiraltrunk.cad.trunk.gripper import STRAND, build_finger, find_seat
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.design.materials import SILICONE
@@ -26,24 +28,46 @@ PRINTED = {
 """What the printing step makes of each group."""
 
 
-_PINS = ("pieces of the trunk",)
-"""Place of the trunk's pins in the bill."""
+_PIECES = "pieces of the trunk"
+"""Place of the trunk's pins and glue in the bill."""
 
 
-def list_part_steps(build: Build) -> list[Step]:
+def plan_part_steps() -> tuple[PlannedStep, ...]:
     """The steps from the bought motors to a weighed trunk."""
-    steps = [_measure(build), _print(build), _clear(build)]
-    if build.n_piece > 1:
-        steps.append(_join(build))
-    if build.n_shell:
-        steps += [_cast(build), _dress(build)]
-    return [*steps, _weigh(build)]
+    return (
+        PlannedStep(frozenset({"housing", "drums", "horn"}), _measure),
+        PlannedStep(frozenset(PRINTED), _print),
+        PlannedStep(frozenset({"trunk", "gripper", "housing", "wedge"}), _clear),
+        PlannedStep(frozenset({"trunk"}), _join, lambda build: build.n_piece > 1),
+        PlannedStep(frozenset({"shells", "moulds"}), _cast, lambda build: build.n_shell > 0),
+        PlannedStep(frozenset({"shells", "trunk"}), _dress, lambda build: build.n_shell > 0),
+        PlannedStep(frozenset({"trunk"}), _weigh),
+    )
 
 
 def _measure(build: Build) -> Step:
-    motor, servo, layout = build.options.motor, build.options.servo, find_layout(build.design, build.options)
-    floor, wall = build.options.plate, build.drum.wall
-    work = [
+    servo, has_motors = build.options.servo, bool({"housing", "drums"} & build.groups)
+    work = _measure_motors(build) if has_motors else []
+    if build.has_gripper:
+        work.append(
+            f"Servo, with the calliper: body {servo.length:g} x {servo.width:g} mm, lug holes "
+            f"{servo.lug_pitch:g} mm apart, shaft {servo.shaft_offset:g} mm from the near end, hub of the round horn "
+            f"{servo.hub_diameter:g} mm across."
+        )
+    work.append(
+        f"{_say_motor_distance(build) if has_motors else ''}If a number differs by more than 0.2 mm, export again "
+        'with yours (see "Other dimensions" below).'
+    )
+    return Step(
+        title="Measure what was bought",
+        makes=("measured motors",), takes=("motors", "servo"), work=tuple(work),
+        check="every number agrees with the export that you print from.",
+    )  # fmt: skip
+
+
+def _measure_motors(build: Build) -> list[str]:
+    motor, floor, wall = build.options.motor, build.options.plate, build.drum.wall
+    return [
         f"With a calliper, motor: pitch circle of the four M4 threads in its underside ({motor.floor_circle:g} mm "
         f"assumed), pitch "
         f"circle of the four M3 threads in its rotor ({motor.rotor_circle:g} mm), diameter ({motor.diameter:g} mm), "
@@ -51,20 +75,12 @@ def _measure(build: Build) -> Step:
         f"Depth of these threads: the M4 screws enter by {10 - floor:g} mm and the M3 screws by {8 - wall:g} mm. A "
         "screw that is longer than its thread is deep can touch the winding: take a shorter one.",
     ]
-    if build.has_gripper:
-        work.append(
-            f"Servo: body {servo.length:g} x {servo.width:g} mm, lug holes {servo.lug_pitch:g} mm apart, shaft "
-            f"{servo.shaft_offset:g} mm from the near end, hub of the round horn {servo.hub_diameter:g} mm across."
-        )
-    work.append(
-        f"Motors {motor.diameter:g} mm wide stand {2 * layout.ring * math.sin(math.pi / build.design.n_cable):.1f} mm "
-        'apart. If a number differs by more than 0.2 mm, export again with yours (see "Other dimensions" below).'
-    )
-    return Step(
-        title="Measure what was bought", groups=frozenset({"housing", "drums", "horn"}),
-        makes=("measured motors",), takes=("motors", "servo"), work=tuple(work),
-        check="every number agrees with the export that you print from.",
-    )  # fmt: skip
+
+
+def _say_motor_distance(build: Build) -> str:
+    motor, ring = build.options.motor, motor_ring(build.design, build.options)
+    apart = 2 * ring * math.sin(math.pi / build.design.n_cable)
+    return f"Motors {motor.diameter:g} mm wide stand {apart:.1f} mm apart. "
 
 
 def _print(build: Build) -> Step:
@@ -87,7 +103,7 @@ def _print(build: Build) -> Step:
     if "gripper" in build.groups:
         work.append(f"Gripper: 100 % infill at the finger joints: {join(_list_finger_joints(build))} from the bed.")
     return Step(
-        title="Print", groups=frozenset(PRINTED),
+        title="Print",
         needs=("measured motors",) if {"housing", "drums", "horn"} & build.groups else (), makes=makes,
         takes=(filament.PLACE,), work=tuple(work),
         check="the largest dimensions agree with `size_m` in each part's JSON file to 0.3 mm (it is in m: 0.088 is 88 "
@@ -116,7 +132,6 @@ def _clear(build: Build) -> Step:
     cleared = tuple("trunk" if name == "trunk" and build.n_piece == 1 else f"clear {name}" for name in soft)
     return Step(
         title="Take the supports out and clear the holes",
-        groups=frozenset({"trunk", "gripper", "housing", "wedge"}),
         needs=tuple(f"printed {name}" for name in (*soft, *rigid)), makes=(*cleared, *(f"clear {n}" for n in rigid)),
         takes=("trials",) if soft else (),
         work=(
@@ -138,21 +153,30 @@ def _clear_gaps() -> str:
 
 def _clear_holes(build: Build) -> tuple[str, ...]:
     """Sentences on the holes: no drill is long enough for the rows, and none fits the gaps."""
-    hole, pair = 0.8 * build.options.hole, 0.8 * build.options.pair_hole
-    rows = (
-        f"Clear each row of cable holes with a spring steel wire {hole:.1f} mm thick and {_reach(build)} mm long, one "
-        f"end cut at "
-        "a slant, the other in a pin vice: twist it through one section after the other from the piece's end and "
-        "guide it across the gaps with tweezers (the rows run closer to the axis from section to section). A drill is "
-        "too short for the rows and does not fit into the gaps."
-    )
     needle = (
         "Make a needle of the cable for trials: harden its last 20 mm with a drop of cyanoacrylate glue and cut it at "
         "a slant with scissors for braid."
     )
+    fingers = f"Clear the gripper's fingers with a drill {STRAND * build.options.hole:g} mm in the pin vice."
+    rows = (*_clear_rows(build), *_clear_channel(build)) if "trunk" in build.groups else ()
+    return (*rows, *((fingers,) if "gripper" in build.groups else ()), needle)
+
+
+def _clear_rows(build: Build) -> tuple[str, ...]:
+    """The sentence on the rows of cable holes."""
+    return (
+        f"Clear each row of cable holes with a spring steel wire {0.8 * build.options.hole:.1f} mm thick and "
+        f"{_reach(build)} mm long, one end cut at a slant, the other in a pin vice: twist it through one section after "
+        "the other from the piece's end and guide it across the gaps with tweezers (the rows run closer to the axis "
+        "from section to section). A drill is too short for the rows and does not fit into the gaps.",
+    )
+
+
+def _clear_channel(build: Build) -> tuple[str, ...]:
+    """The sentence on the channel of the gripper's strands."""
     if not build.has_gripper:
-        return rows, needle
-    hollow = build.body.n_hollow
+        return ()
+    hollow, pair = build.body.n_hollow, 0.8 * build.options.pair_hole
     beside = (
         f" from section {hollow + 1} on there are two holes of {build.options.hole:g} mm beside the axis, for the wire "
         "of the rows."
@@ -162,8 +186,7 @@ def _clear_holes(build: Build) -> tuple[str, ...]:
         f"through the joints;{beside} If it is fused and does not open from either end, print the piece again, drier "
         "and slower: there is no other way for the gripper's strands. Find out now, before the pieces are joined."
     ).replace("joints; If", "joints. If")
-    fingers = f"Clear the gripper's fingers with a drill {STRAND * build.options.hole:g} mm in the pin vice."
-    return rows, axis, fingers, needle
+    return (axis,)
 
 
 def _reach(build: Build) -> int:
@@ -173,19 +196,17 @@ def _reach(build: Build) -> int:
 
 
 def _join(build: Build) -> Step:
-    n = build.count("pieces of the trunk")
+    pins = [row for row in build.bill.bought if row.item.startswith("dowel") and row.place == _PIECES]
+    where = "between pins and rim" if pins else "on the faces"
     return Step(
-        title="Join the pieces of the trunk", groups=frozenset({"trunk"}), needs=("clear trunk",), makes=("trunk",),
-        takes=("pieces of the trunk",),
+        title="Join the pieces of the trunk", needs=("clear trunk",), makes=("trunk",),
+        takes=(_PIECES,),
         work=(
-            f"Lay the {build.n_piece} pieces in a row on a flat table, trunk\\_1 at the base. Push the {n} pins half "
-            f"their length into "
-            f"the piece nearer to the base, without glue. Where a pin does not go in by hand, open its hole with a "
-            f"{_pin_drill(build)} by hand.",
+            f"Lay the {build.n_piece} pieces in a row on a flat table, trunk\\_1 at the base.{_say_pins(pins)}",
             "Put a soft steel wire 0.5 mm thick through each cable hole across the cut, and through those of the "
             "gripper's channel. Fit the "
             "pieces dry: every hole meets a hole, and the seam is shut. Of several ways that fit, any is right.",
-            "Brush primer on both faces, wait as its maker says, put glue between pins and rim (not within 3 mm of a "
+            f"Brush primer on both faces, wait as its maker says, put glue {where} (not within 3 mm of a "
             "hole), press together for one minute, hold with two rubber bands along the trunk until it has cured, "
             "and pull the wires out.",
         ),
@@ -193,14 +214,22 @@ def _join(build: Build) -> Step:
     )  # fmt: skip
 
 
-def _pin_drill(build: Build) -> str:
-    size = next((row.size for row in build.bill.bought if row.item.startswith("dowel") and row.place in _PINS), "3 x")
-    return f"drill {size.split(' ')[0]} mm"
+def _say_pins(rows: Sequence[Purchase]) -> str:
+    """What is done with the pins of all cuts, of which the bill has a row each; nothing where no cut has room."""
+    if not rows:
+        return ""
+    sizes = sorted({row.size.split(" ")[0] for row in rows}, key=float)
+    drills = " or ".join(f"drill {size} mm" for size in sizes) + ", as thick as the pin," * (len(sizes) > 1)
+    lengths = " (the bill says which at which cut)" * (len({row.size for row in rows}) > 1)
+    return (
+        f" Push the {sum(row.count for row in rows)} pins{lengths} half their length into the piece nearer to the "
+        f"base, without glue. Where a pin does not go in by hand, open its hole with a {drills} by hand."
+    )
 
 
 def _cast(build: Build) -> Step:
     return Step(
-        title="Cast the shells", groups=frozenset({"shells", "moulds"}), needs=("printed moulds",), makes=("shells",),
+        title="Cast the shells", needs=("printed moulds",), makes=("shells",),
         takes=("shells",),
         work=(
             "Spray core and ring of each mould with release and let it dry as its maker says.",
@@ -226,7 +255,7 @@ def _dress(build: Build) -> Step:
     bare = build.design.n_section - len(seats)
     rest = f" The other {bare} {'sections stay' if bare > 1 else 'section stays'} bare." if bare else ""
     return Step(
-        title="Put the shells on", groups=frozenset({"shells", "trunk"}), needs=("trunk", "shells"),
+        title="Put the shells on", needs=("trunk", "shells"),
         makes=("trunk with shells",),
         work=(
             f"Wet shell {seats[0]:02d} in water with a drop of dish soap, stretch it over the tip, and roll it along "
@@ -262,7 +291,7 @@ def _weigh(build: Build) -> Step:
         )
     needs = (build.dressed, *(f"clear {n}" for n, group in _WEIGHED if group in build.groups))
     return Step(
-        title="Weigh, and write it into the `trunk.toml` beside this page", groups=frozenset({"trunk"}), needs=needs,
+        title="Weigh, and write it into the `trunk.toml` beside this page", needs=needs,
         makes=("weighed trunk",), work=tuple(work),
         check="on a Linux computer, `spiraltrunk export trunk.toml --formats mjcf --out models` reads the file and "
             "writes models with your "

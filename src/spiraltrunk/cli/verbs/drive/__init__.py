@@ -62,13 +62,21 @@ class _DriveParser(Parser):
 
 
 def _name_design(arguments: list[str]) -> list[str]:
-    """The arguments with the default design before an action that has none."""
+    """The arguments with the design right before the action, the default one where none is given.
+
+    Argparse takes an optional positional only together with the next one: with options between them it is lost.
+    """
+    design: int | None = None
     is_value = False
     for place, argument in enumerate(arguments):
         if is_value or argument.startswith("-"):
             is_value = not is_value and argument in {"--bus", "--robot", "--seed"}
-            continue
-        return [*arguments[:place], "paper", *arguments[place:]] if argument in ACTIONS else arguments
+        elif design is not None:
+            return [*arguments[:design], *arguments[design + 1 : place], arguments[design], *arguments[place:]]
+        elif argument in ACTIONS:
+            return [*arguments[:place], "paper", *arguments[place:]]
+        else:
+            design = place
     return arguments
 
 

@@ -89,37 +89,33 @@ def check_lengths(design: TrunkDesign, lengths_mm: Sequence[float]) -> None:
     Raises:
         UsageError: with the length and the range.
     """
-    from spiraltrunk.design.drum import SPARE, size_drum
-
     if len(lengths_mm) != design.n_cable:
         raise UsageError(
             f"{format_count(len(lengths_mm), 'length')} given; allowed: {design.n_cable}, one for each cable"
         )
-    drum = size_drum(design)
-    least, most = -1e3 * (1 + SPARE) * drum.travel_out, 1e3 * (1 + SPARE) * drum.travel_in
     for number, length in enumerate(lengths_mm, start=1):
-        if not least <= length <= most:
-            raise UsageError(
-                f"cable {number}: {length:g} mm; allowed: {least:.0f} to {most:.0f} mm, what its drum winds"
-            )
+        _check_length(design, number, length)
 
 
 def check_jog(design: TrunkDesign, cable: int, way_mm: float) -> None:
-    """Refuse a cable that is none, or a way beyond all that its drum winds.
+    """Refuse a cable that is none, or a way that its drum does not wind: a jog begins where homing ends, at 0.
 
     Raises:
         UsageError: with the value and what is allowed.
     """
-    from spiraltrunk.design.drum import SPARE, size_drum
-
     if not 1 <= cable <= design.n_cable:
         raise UsageError(f"cable is {cable}; allowed: 1 to {design.n_cable}")
+    _check_length(design, cable, way_mm)
+
+
+def _check_length(design: TrunkDesign, cable: int, length_mm: float) -> None:
+    """Refuse a length since the straight trunk that the drum does not wind."""
+    from spiraltrunk.design.drum import SPARE, size_drum
+
     drum = size_drum(design)
-    most = 1e3 * (1 + SPARE) * (drum.travel_in + drum.travel_out)
-    if not abs(way_mm) <= most:
-        raise UsageError(
-            f"cable {cable} by {way_mm:g} mm; allowed: up to {most:.0f} mm either way, all that its drum winds"
-        )
+    least, most = -1e3 * (1 + SPARE) * drum.travel_out, 1e3 * (1 + SPARE) * drum.travel_in
+    if not least <= length_mm <= most:
+        raise UsageError(f"cable {cable}: {length_mm:g} mm; allowed: {least:.0f} to {most:.0f} mm, what its drum winds")
 
 
 _CAUSE = "the tension is at its limit, or friction holds it"
