@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from spiraltrunk.cli import progress
 from spiraltrunk.design import presets
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.model import inverse, reference, statics
@@ -31,6 +32,10 @@ WITHOUT_MODELS = (
     "sim/test_grasp", "sim/test_p", "strategies/push/test_push", "strategies/test_strategies", "workflows/survey/",
 )  # fmt: skip
 """Folders and files of tests that no model is compiled for."""
+
+
+progress.SLOW = 1e6
+"""What takes long on a busy computer is not told: no test depends on the time that it takes."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
