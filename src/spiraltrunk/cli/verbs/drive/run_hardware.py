@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, add_file_count, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.robot import compute_state
+from spiraltrunk.cli.verbs.drive.run_log import LOG, add_log, open_run_log
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
 
 RESULT = "result.json"
 """Name of the result."""
-
-LOG = "drive.mcap"
-"""Name of the log."""
 
 
 def run_on_robot(
@@ -75,8 +73,9 @@ def _run(
 
         if output is None:
             return run(None)
-        with output.draft() as draft:
-            result = run(draft / LOG)
+        with open_run_log(output) as log, output.draft() as draft:
+            result = run(log)
+            add_log(log, draft)
             result["files"] = [RESULT, LOG]
             (draft / RESULT).write_text(format_json(result) + "\n")
         return result
