@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,6 +16,7 @@ from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
+from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmPort, ArmState
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.log import load_log
 from spiraltrunk.hardware.motors import load_cell
@@ -30,6 +32,7 @@ from spiraltrunk.hardware.twin.motors import MotorTwins
 from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.robot.arm import arm_limits
 from spiraltrunk.workflows.drive import hardware_robot
 from spiraltrunk.workflows.drive.camera import Camera
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
@@ -157,6 +160,46 @@ def test_the_bus_is_closed_where_the_arm_cannot_be_opened(monkeypatch):
         HardwareRobot(DESIGN, replace(FILE, arm="panda:127.0.0.1"))
     with pytest.raises(DriveError, match="closed"):
         opened[0].receive()
+
+
+class LoadedArm(ArmPort):
+    """An arm at rest that notes which thread sets its load, and who asks it at the same time."""
+
+    limits = arm_limits(DESIGN.arm)
+
+    def __init__(self) -> None:
+        self.calls, self.n_inside, self.n_most = [], 0, 0
+
+    def _enter(self, call: str) -> None:
+        self.n_inside += 1
+        self.n_most = max(self.n_most, self.n_inside)
+        time.sleep(0.005)
+        self.n_inside -= 1
+        self.calls.append(call)
+
+    def read(self) -> ArmState:
+        self._enter("read")
+        zeros = np.zeros(7)
+        return ArmState(time=time.monotonic(), position=zeros, velocity=zeros, acceleration=zeros, torque=zeros)
+
+    def set_load(self, load: ArmLoad) -> None:
+        self._enter("load")
+
+    def send(self, position: np.ndarray) -> None: ...
+
+    def hold(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def test_the_arm_is_told_its_load_before_the_loop_asks_it():
+    arm = LoadedArm()
+    with HardwareRobot(DESIGN, FILE, arm=arm) as robot, pytest.raises(DriveError, match="no feedback"):
+        robot.prepare()
+    assert arm.calls[0] == "load"
+    assert arm.calls.count("load") == 1
+    assert "read" in arm.calls
+    assert arm.n_most == 1, "two threads asked the arm at once"
 
 
 @pytest.mark.parametrize("bus", ["board:/dev/absent", "sts:/dev/absent"])

@@ -59,6 +59,8 @@ FEED_PERIOD = 0.005
 class HardwareRobot(Robot):
     """Motors, gripper and arm on the ports that a robot file names; they are opened here, and nowhere else.
 
+    The arm is told its load as soon as it is opened.
+
     Args:
         design: the robot's design.
         file: how it is wired.
@@ -69,7 +71,7 @@ class HardwareRobot(Robot):
 
     Raises:
         DesignError: where the file does not fit the design; nothing is opened then.
-        DriveError: where a port or an arm cannot be opened; all others are closed again.
+        DriveError: where a port or an arm cannot be opened, or the arm refuses its load; all others are closed again.
         MissingPackage: without a package that it needs.
     """
 
@@ -98,6 +100,7 @@ class HardwareRobot(Robot):
             self.arm = self._open_arm() if arm is None else arm
             if self.arm is not None:
                 opening.callback(self.arm.close)
+                self.arm.set_load(trunk_load(design))  # Before the loop, which then asks the arm from its own thread.
             driver = TrunkDriver(
                 design=design,
                 motors=motors, winders=winders, watchdog=watchdog,
@@ -166,12 +169,6 @@ class HardwareRobot(Robot):
         from spiraltrunk.hardware.arm.franky_arm import FrankyArm
 
         return FrankyArm(host, settings, self.clock)
-
-    def prepare(self) -> None:
-        """See `Robot.prepare`; the load of the arm is set before."""
-        if self.arm is not None:
-            self.arm.set_load(trunk_load(self.design))
-        super().prepare()
 
     def build_plant(
         self, task: Task, reach: Reach, camera: Callable[[], CameraObservation | None] | None = None
