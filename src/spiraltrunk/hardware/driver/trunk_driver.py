@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import final
 
@@ -226,25 +226,31 @@ class TrunkDriver:
         self._loop.run_period(now)
 
     def close(self) -> None:
-        """Let go as on a fault where torque is on, then release arm, servo and motors; harmless when called again."""
+        """Let go as on a fault where torque is on, then release servo, motors, arm and load cells, whatever fails.
+
+        Harmless when called again. After a ramp that failed the watchdog is not told of an end in order.
+        """
         if self._is_closed:
             return
         loop = self._loop
-        if loop.state.has_torque:
-            self.stop()
-        while not loop.is_released(self._clock.now()):
-            self.wait()
-            self.tick()
-        self._is_closed = True
-        try:
+        with ExitStack() as closing:  # The last one first.
+            for close in (loop.cells.close, loop.arm.close, loop.motors.close, loop.gripper.release):
+                closing.callback(close)
+            try:
+                self._ramp_down()
+            finally:
+                self._is_closed = True
             if loop.is_feeding(self._clock.now()):
                 with suppress(DriveError):  # Unheard, a board trips, as it does without.
                     loop.watchdog.end()
-            loop.gripper.release()
-            loop.arm.close()
-            loop.cells.close()
-        finally:
-            loop.motors.close()
+
+    def _ramp_down(self) -> None:
+        """Let go as on a fault where torque is on, and wait until it is off."""
+        if self._loop.state.has_torque:
+            self.stop()
+        while not self._loop.is_released(self._clock.now()):
+            self.wait()
+            self.tick()
 
     def __enter__(self) -> TrunkDriver:
         return self
