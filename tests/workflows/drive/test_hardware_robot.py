@@ -133,22 +133,20 @@ def test_load_cells_of_the_file_are_opened_used_and_closed(monkeypatch):
     assert board.is_closed
 
 
-def test_load_cells_that_are_absent_are_one_line_and_the_bus_is_closed(monkeypatch):
-    opened = []
-
-    def remember(*arguments, **named):
-        opened.append(open_can_bus(*arguments, **named))
-        return opened[0]
-
-    monkeypatch.setattr(hardware_robot, "open_can_bus", remember)
+def test_load_cells_that_are_absent_are_one_line_and_no_bus_is_opened(monkeypatch):
+    monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
     with pytest.raises(DriveError, match="serial port '/dev/absent' cannot be opened") as caught:
         HardwareRobot(DESIGN, replace(FILE, load_cells=CELLS))
     assert "\n" not in str(caught.value)
-    with pytest.raises(DriveError, match="closed"):
-        opened[0].receive()
 
 
-def test_the_bus_is_closed_where_the_arm_cannot_be_opened(monkeypatch):
+def test_no_bus_is_opened_where_the_arm_cannot_be(monkeypatch):
+    monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
+    with pytest.raises((MissingPackage, DriveError)):
+        HardwareRobot(DESIGN, replace(FILE, arm="panda:127.0.0.1"))
+
+
+def test_the_bus_is_closed_where_the_driver_cannot_be_built(monkeypatch):
     opened = []
 
     def remember(*arguments, **named):
@@ -156,10 +154,56 @@ def test_the_bus_is_closed_where_the_arm_cannot_be_opened(monkeypatch):
         return opened[0]
 
     monkeypatch.setattr(hardware_robot, "open_can_bus", remember)
-    with pytest.raises((MissingPackage, DriveError)):
-        HardwareRobot(DESIGN, replace(FILE, arm="panda:127.0.0.1"))
+    monkeypatch.setattr(hardware_robot, "TrunkDriver", lambda **_: (_ for _ in ()).throw(DriveError("no driver")))
+    with pytest.raises(DriveError, match="no driver"):
+        HardwareRobot(DESIGN, FILE)
     with pytest.raises(DriveError, match="closed"):
         opened[0].receive()
+
+
+class Relay:
+    """Port of a relay that notes its pulses."""
+
+    cts = True
+
+    def __init__(self) -> None:
+        self.pulses, self.is_closed = [], False
+
+    def write(self, data: bytes) -> None:
+        self.pulses.append(time.monotonic())
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+def test_a_relay_is_fed_from_power_up_until_the_loop_does_so(monkeypatch):
+    """Opening the bus takes half a second, as of servos that are asked one by one."""
+    relay, times = Relay(), []
+
+    def open_slowly(*arguments, **named):
+        times.append(time.monotonic())
+        time.sleep(0.5)
+        return open_can_bus(*arguments, **named)
+
+    monkeypatch.setattr(hardware_robot, "BOOT_TIME", 0.2)
+    monkeypatch.setattr(hardware_robot, "open_relay", lambda port: relay)
+    monkeypatch.setattr(hardware_robot, "open_can_bus", open_slowly)
+    with HardwareRobot(DESIGN, replace(FILE, watchdog="relay:/dev/absent"), arm=LoadedArm()) as robot:
+        assert relay.pulses[0] == pytest.approx(times[0] - 0.2, abs=0.1)
+        robot.run(0.3)
+    assert relay.pulses[-1] > times[0] + 0.8
+    assert np.diff(relay.pulses).max() < 0.2, "a computer under load is late, by less than the bus takes"
+    assert relay.is_closed
+
+
+def test_a_relay_that_is_gone_opens_no_robot(monkeypatch):
+    relay = Relay()
+    relay.write = lambda data: (_ for _ in ()).throw(OSError("unplugged"))
+    monkeypatch.setattr(hardware_robot, "BOOT_TIME", 0.01)
+    monkeypatch.setattr(hardware_robot, "open_relay", lambda port: relay)
+    with pytest.raises(DriveError, match="the relay's serial line is gone"):
+        HardwareRobot(DESIGN, replace(FILE, watchdog="relay:/dev/absent"))
+    assert relay.is_closed
 
 
 class LoadedArm(ArmPort):
