@@ -102,6 +102,17 @@ def test_the_load_cells_of_the_file_are_on_the_twin_and_in_the_status(robot, cap
     assert cables[2]["load_cell_age_ms"] < 10.0
 
 
+@pytest.mark.parametrize("strategy", ["pinch", "tip-grip", "flip-grip", "sweep"])
+def test_a_strategy_that_needs_the_gripper_is_refused_before_a_port_is_opened(strategy, tmp_path, monkeypatch, capsys):
+    file = tmp_path / "robot.toml"
+    file.write_text(EXAMPLE[: EXAMPLE.index("[servo]")])
+    monkeypatch.setattr("spiraltrunk.workflows.drive.camera.load_camera", lambda text: lambda time: None)
+    command = ["drive", "--robot", str(file), "--bus", "robot", "run", strategy, "--camera", "a:b"]
+    assert cli.main(command) == 2
+    told = f"{strategy} needs the gripper; allowed: a table [servo] in the file of --robot"
+    assert told in capsys.readouterr().err
+
+
 def test_a_file_that_fits_is_taken_on_the_twin(robot, capsys):
     assert cli.main(["drive", "--robot", str(robot), "status", "--json"]) == 0
     state = json.loads(capsys.readouterr().out)

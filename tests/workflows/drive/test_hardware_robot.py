@@ -304,6 +304,12 @@ def test_a_strategy_that_needs_a_camera_is_refused_without_one(machine):
         run_on_hardware(robot, OBJECT, strategies.get("kick"))
 
 
+def test_a_strategy_that_needs_the_gripper_is_refused_without_one(machine):
+    with connect(machine=machine) as robot, pytest.raises(RunError, match="pinch needs the gripper"):
+        run_on_hardware(robot, OBJECT, strategies.get("pinch"), camera=lambda: None)
+    assert not robot.driver.is_homed
+
+
 @pytest.mark.slow
 def test_a_camera_of_the_user_is_asked_with_the_time_of_the_run(machine):
     times = []

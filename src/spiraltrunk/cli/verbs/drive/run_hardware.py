@@ -29,7 +29,7 @@ def run_on_robot(
     """Run the strategy on the real robot, for an object of this name.
 
     Raises:
-        UsageError: where the file names no arm, or the strategy needs a camera and there is none.
+        UsageError: where the file names no arm, or the strategy needs a camera or the gripper and there is none.
     """
     from spiraltrunk.workflows.drive.camera import Camera
     from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
@@ -38,6 +38,8 @@ def run_on_robot(
         raise UsageError('the robot has no arm; allowed: arm = "panda:HOST" or "franky:HOST" in the file of --robot')
     if strategy.needs_camera and look is None:
         raise UsageError(f"{strategy.name} needs a camera; allowed: --camera MODULE:NAME, or a strategy without one")
+    if strategy.holds == "fingers" and file.servo is None:
+        raise UsageError(f"{strategy.name} needs the gripper; allowed: a table [servo] in the file of --robot")
     with HardwareRobot(design, file, without_watchdog=arguments.without_watchdog) as robot:
         camera = None if look is None else Camera(look, arguments.camera, robot.clock)
         result = _run(arguments, robot, strategy, name, camera)
