@@ -258,6 +258,24 @@ def test_a_protocol_names_the_cable_and_the_step_that_missed_its_target_most(hel
     assert f"cable 1 ended at 44.3 mm, 5.7 mm from its target: {cause}" in capsys.readouterr().err
 
 
+def test_slack_is_compensated_by_the_protocol_or_by_the_robot_file(held, robot, tmp_path, monkeypatch, capsys):
+    protocol = tmp_path / "protocol.toml"
+    protocol.write_text(PROTOCOL.replace("[[run]]", "slack_mm = [4.0, 0.0, 0.0]\n[[run]]", 1))
+    command = ["drive", "--robot", str(robot), "protocol", str(protocol), "bend"]
+    with monkeypatch.context() as patch:
+        patch.setattr("spiraltrunk.cli.verbs.drive.actions.open_robot", lambda *_, **__: pytest.fail("opened"))
+        assert cli.main(command) == 2
+    told = capsys.readouterr().err
+    assert "slack_mm is set in the protocol and " in told
+    assert "and would be compensated twice; allowed: in one of the two" in told
+    assert told.count("\n") == 1
+    robot.write_text(robot.read_text().replace("slack_mm = [2.0, 1.5, 1.5]", "slack_mm = [0.0, 0.0, 0.0]"))
+    assert cli.main(command) == 0
+    protocol.write_text(PROTOCOL)
+    robot.write_text(EXAMPLE)
+    assert cli.main(command) == 0
+
+
 def test_a_protocol_at_its_targets_warns_of_nothing(capsys):
     free = math.nan
     warn_short_steps([{"target_mm": [5.0, free], "pull_mm": [5.0 + away, -9.0]} for away in (0.0, 0.4, -0.4)])

@@ -16,6 +16,7 @@ from spiraltrunk.cli.verbs.drive.move_check import (
     MoveSettings,
     check_jog,
     check_lengths,
+    check_slack,
     list_distances,
     read_move,
     warn_short,
@@ -182,8 +183,9 @@ def _protocol(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.mocap.protocol.schedule import build_schedule
     from spiraltrunk.mocap.protocol.toml import load_protocol
 
-    protocol = load_protocol(arguments.protocol)
-    settings = read_move(arguments, load_design(arguments.design))
+    protocol, design = load_protocol(arguments.protocol), load_design(arguments.design)
+    settings = read_move(arguments, design)
+    check_slack(arguments, design, protocol)
     steps = []
     with open_robot(arguments) as robot:
         schedule = build_schedule(robot.design, protocol, protocol.run(arguments.run_name))

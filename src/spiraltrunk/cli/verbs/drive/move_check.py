@@ -12,6 +12,7 @@ from spiraltrunk.cli.output import DONE, UsageError, complain, format_count, quo
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
+    from spiraltrunk.mocap.protocol.protocol import Protocol
     from spiraltrunk.workflows.drive.robot import Robot
 
 SPEED_LEAST, SPEED_MOST = 0.1, 300.0
@@ -120,6 +121,21 @@ def check_jog(design: TrunkDesign, cable: int, way_mm: float) -> None:
         raise UsageError(
             f"cable {cable} by {way_mm:g} mm; allowed: up to {most:.0f} mm either way, all that its drum winds"
         )
+
+
+def check_slack(arguments: argparse.Namespace, design: TrunkDesign, protocol: Protocol) -> None:
+    """Refuse a protocol whose slack the robot file tells, too: both would compensate it.
+
+    Raises:
+        UsageError: where both do.
+        DesignError: for a robot file that does not fit.
+    """
+    from spiraltrunk.cli.verbs.drive.robot import load_wiring
+
+    file = load_wiring(arguments, design)
+    if file is not None and any(protocol.slack) and any(file.cables.slack):
+        where = f"the protocol and {quote(arguments.robot)}"
+        raise UsageError(f"slack_mm is set in {where}, and would be compensated twice; allowed: in one of the two")
 
 
 _CAUSE = "the tension is at its limit, or friction holds it"
