@@ -10,6 +10,7 @@ from typing import Self
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError, RunError
 from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
@@ -159,7 +160,11 @@ class Robot(ABC):
 
     def read_pulls(self) -> list[float]:
         """Cable pulled in since the straight trunk, as the trunk sees it, one per cable [m]."""
-        pulls, stroke = [cable.pull for cable in self.driver.snapshot().cables], self.design.cable_stroke
+        return self.compute_pulls(self.driver.snapshot())
+
+    def compute_pulls(self, snapshot: Snapshot) -> list[float]:
+        """Cable pulled in since the straight trunk, as the trunk sees it, in a state of the driver [m]."""
+        pulls, stroke = [cable.pull for cable in snapshot.cables], self.design.cable_stroke
         return [remove_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)] if self.slack else pulls
 
     def set_pulls(self, tensions: Sequence[float], pulls: Sequence[float], *, valid_for: float = RENEWAL) -> None:

@@ -140,7 +140,8 @@ class RobotService:
         snapshot, robot = self.robot.driver.snapshot(), self.robot
         is_twin = isinstance(robot, TwinRobot)
         return RobotState(
-            is_twin=is_twin, snapshot=snapshot, goals=self._read_goals(snapshot), page_age=now - self._asked,
+            is_twin=is_twin, snapshot=snapshot, pulls=tuple(robot.compute_pulls(snapshot)),
+            goals=self._read_goals(snapshot), page_age=now - self._asked,
             lateness=snapshot.lateness if lateness is None else lateness,
             note=self._note, run=self.run, result=self.result,
             true_torques=robot.read_torques() if isinstance(robot, TwinRobot) else (),
