@@ -50,6 +50,7 @@ def robot(tmp_path: Path) -> Path:
         (["pose", "curled", "--save", "nan", "0", "0"], "allowed: a finite number"),
         (["jog", "1", "5", "--gamepad"], "a cable and a length and --gamepad given; allowed: a cable"),
         (["jog", "1", "--gamepad"], "a cable and --gamepad given; allowed:"),
+        (["jog", "--gamepad", "--hold-s", "2"], "--hold-s and --gamepad given; allowed: --hold-s with a cable and a"),
         (["jog", "1"], "a cable given without a length; allowed:"),
         (["jog"], "neither a cable nor --gamepad given; allowed: a cable and a length to wind in, or --gamepad alone"),
         (["selftest", "--only", "foo"], "unknown fault 'foo'; known: frame_loss_1_percent, "),
@@ -185,6 +186,26 @@ def test_a_limit_of_the_robot_file_holds_for_moves(monkeypatch, robot, capsys):
             line = capsys.readouterr().err
             assert allowed in line
             assert line.count("\n") == 1
+
+
+def test_the_speed_of_the_gamepad_is_that_of_the_robot_file_or_of_the_option(robot, monkeypatch, capsys):
+    from contextlib import nullcontext
+
+    speeds = []
+
+    def jog(*_, speed, **__):
+        speeds.append(speed)
+        return "stop button"
+
+    monkeypatch.setattr("spiraltrunk.hardware.gamepad.Gamepad", lambda number: nullcontext())
+    monkeypatch.setattr("spiraltrunk.workflows.drive.gamepad_jog.jog_with_gamepad", jog)
+    monkeypatch.setattr("spiraltrunk.workflows.drive.robot.Robot.prepare", lambda self: None)
+    robot.write_text(robot.read_text().replace("s = 100.0", "s = 15.0"))
+    for options in ([], ["--robot", str(robot)]):
+        for speed in ([], ["--speed-mm-s", "8"]):
+            assert cli.main(["drive", *options, "jog", "--gamepad", *speed]) == 0
+    assert speeds == [0.02, 0.008, 0.015, 0.008]
+    assert cli.main(["drive", "--robot", str(robot), "jog", "--gamepad", "--speed-mm-s", "16"]) == 2
 
 
 def test_a_move_without_options_keeps_the_limits_of_the_robot_file(robot):

@@ -11,6 +11,7 @@ from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_seed
 from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_count, format_json
 from spiraltrunk.cli.verbs.drive.figures import format_figure
 from spiraltrunk.cli.verbs.drive.move_check import (
+    HOLD,
     SPEED,
     TENSION,
     MoveSettings,
@@ -99,7 +100,7 @@ def add_move(parser: Parser) -> None:
         help=f"speed (default {SPEED:g}, or the limit of --robot where that is lower)",
     )  # fmt: skip
     parser.add_argument(
-        "--hold-s", type=read_number, default=1.0, metavar="S", help="time for which the end is held (default 1)"
+        "--hold-s", type=read_number, metavar="S", help=f"time for which the end is held (default {HOLD:g})"
     )
 
 
@@ -153,6 +154,8 @@ def _jog(arguments: argparse.Namespace) -> Answer:
 def _check_jog_given(arguments: argparse.Namespace) -> None:
     """Refuse anything but a cable with its length, or a gamepad."""
     given = [name for name in ("cable", "way_mm", "gamepad") if getattr(arguments, name) is not None]
+    if given == ["gamepad"] and arguments.hold_s is not None:
+        raise UsageError("--hold-s and --gamepad given; allowed: --hold-s with a cable and a length")
     if given in (["cable", "way_mm"], ["gamepad"]):
         return
     names = {"cable": "a cable", "way_mm": "a length", "gamepad": "--gamepad"}
@@ -167,7 +170,7 @@ def _jog_with_gamepad(arguments: argparse.Namespace, settings: MoveSettings) -> 
 
     with Gamepad(arguments.gamepad) as gamepad, open_robot(arguments, is_real_time=True) as robot:
         robot.prepare()
-        complain(jog_with_gamepad(robot, gamepad, tension=settings.tension), DONE)
+        complain(jog_with_gamepad(robot, gamepad, tension=settings.tension, speed=settings.speed), DONE)
         _save(arguments, robot)
         return answer(arguments, robot)
 

@@ -21,6 +21,9 @@ SPEED_LEAST, SPEED_MOST = 0.1, 300.0
 TENSION, SPEED = 20.0, 20.0
 """Largest tension of a move [N] and its speed [mm/s], unless given (ours): the tension curls the paper's trunk half."""
 
+HOLD = 1.0
+"""Time for which the end of a move is held, unless given [s] (ours)."""
+
 HOLD_MOST = 3600.0
 """Longest time at the end of a move [s] (ours)."""
 
@@ -58,14 +61,15 @@ def read_move(arguments: argparse.Namespace, design: TrunkDesign) -> MoveSetting
     tension, speed = _find_limits(arguments, design)
     tension_n = min(TENSION, tension.most) if arguments.tension_n is None else arguments.tension_n
     speed_mm_s = min(SPEED, speed.most) if arguments.speed_mm_s is None else arguments.speed_mm_s
+    hold = HOLD if arguments.hold_s is None else float(arguments.hold_s)
     for option, value, least, limit in (
         ("--tension-n", tension_n, 0.0, tension),
         ("--speed-mm-s", speed_mm_s, SPEED_LEAST, speed),
-        ("--hold-s", arguments.hold_s, 0.0, _Limit(HOLD_MOST, "s")),
+        ("--hold-s", hold, 0.0, _Limit(HOLD_MOST, "s")),
     ):
         if not least <= value <= limit.most:
             raise UsageError(f"{option} is {value:g}; allowed: {least:g} to {limit.most:g} {limit.unit}")
-    return MoveSettings(tension=tension_n, speed=1e-3 * speed_mm_s, hold=float(arguments.hold_s))
+    return MoveSettings(tension=tension_n, speed=1e-3 * speed_mm_s, hold=hold)
 
 
 def _find_limits(arguments: argparse.Namespace, design: TrunkDesign) -> tuple[_Limit, _Limit]:
