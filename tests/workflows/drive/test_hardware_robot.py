@@ -246,6 +246,13 @@ def test_the_arm_is_told_its_load_before_the_loop_asks_it():
     assert arm.n_most == 1, "two threads asked the arm at once"
 
 
+def test_an_absent_relay_is_one_line_and_no_bus_is_opened(monkeypatch):
+    monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
+    with pytest.raises(DriveError, match=r"relay '/dev/absent' cannot be opened: .*; ports found: ") as caught:
+        HardwareRobot(DESIGN, replace(FILE, watchdog="relay:/dev/absent"))
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("bus", ["board:/dev/absent", "sts:/dev/absent"])
 def test_an_absent_port_is_one_line(bus):
     family = bus.partition(":")[0].replace("board", "gm6020")
