@@ -9,6 +9,7 @@ from spiraltrunk.design.drum import SPARE, size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.hardware.gamepad import GamepadInput, GamepadSettings, init_jog, step_jog
 from spiraltrunk.hardware.setup.poses import PullLimits
+from spiraltrunk.workflows.drive.move_defaults import SPEED
 from spiraltrunk.workflows.drive.robot import RENEWAL, Robot
 
 SLOW = 0.25
@@ -30,7 +31,7 @@ def compute_pull_limits(design: TrunkDesign) -> PullLimits:
 
 
 def jog_with_gamepad(
-    robot: Robot, gamepad: GamepadReader, *, tension: float, speed: float = 0.02, longest: float = math.inf
+    robot: Robot, gamepad: GamepadReader, *, tension: float, speed: float = SPEED, longest: float = math.inf
 ) -> str:
     """Move the cables as the gamepad says until it stops, and return why.
 

@@ -14,6 +14,7 @@ from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
+from spiraltrunk.workflows.drive.move_defaults import SPEED
 
 LONGEST_HOMING = 120.0
 """Time after which homing counts as hung [s] (ours): STS servos may take 75 s to wind in and 28 s to be stirred."""
@@ -126,7 +127,7 @@ class Robot(ABC):
             self.home()
         self.driver.arm()
 
-    def pull_to(self, pulls: Sequence[float], *, tension: float, speed: float = 0.02, hold: float = 1.0) -> None:
+    def pull_to(self, pulls: Sequence[float], *, tension: float, speed: float = SPEED, hold: float = 1.0) -> None:
         """Wind every cable to its pull, all arriving together, and hold it there.
 
         Args:

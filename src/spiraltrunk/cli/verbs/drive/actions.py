@@ -12,8 +12,6 @@ from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_co
 from spiraltrunk.cli.verbs.drive.figures import format_figure
 from spiraltrunk.cli.verbs.drive.move_check import (
     HOLD,
-    SPEED,
-    TENSION,
     MoveSettings,
     check_jog,
     check_lengths,
@@ -25,6 +23,7 @@ from spiraltrunk.cli.verbs.drive.move_check import (
 )
 from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, check_save, save_pose
 from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
+from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.robot import Robot
@@ -97,7 +96,7 @@ def add_move(parser: Parser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--speed-mm-s", type=read_number, metavar="V",
-        help=f"speed (default {SPEED:g}, or the limit of --robot where that is lower)",
+        help=f"speed (default {1e3 * SPEED:g}, or the limit of --robot where that is lower)",
     )  # fmt: skip
     parser.add_argument(
         "--hold-s", type=read_number, metavar="S", help=f"time for which the end is held (default {HOLD:g})"

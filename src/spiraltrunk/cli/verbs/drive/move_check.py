@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, final
 
 from spiraltrunk.cli.output import DONE, UsageError, complain, format_count, quote
+from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
 
 SPEED_LEAST, SPEED_MOST = 0.1, 300.0
 """Speeds of a move [mm/s] (ours): nobody waits for less, and no GM6020 on the design's drum follows more."""
-
-TENSION, SPEED = 20.0, 20.0
-"""Largest tension of a move [N] and its speed [mm/s], unless given (ours): the tension curls the paper's trunk half."""
 
 HOLD = 1.0
 """Time for which the end of a move is held, unless given [s] (ours)."""
@@ -60,7 +58,7 @@ def read_move(arguments: argparse.Namespace, design: TrunkDesign) -> MoveSetting
     """
     tension, speed = _find_limits(arguments, design)
     tension_n = min(TENSION, tension.most) if arguments.tension_n is None else arguments.tension_n
-    speed_mm_s = min(SPEED, speed.most) if arguments.speed_mm_s is None else arguments.speed_mm_s
+    speed_mm_s = min(1e3 * SPEED, speed.most) if arguments.speed_mm_s is None else arguments.speed_mm_s
     hold = HOLD if arguments.hold_s is None else float(arguments.hold_s)
     for option, value, least, limit in (
         ("--tension-n", tension_n, 0.0, tension),

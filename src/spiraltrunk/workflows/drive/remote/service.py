@@ -11,6 +11,7 @@ from spiraltrunk.hardware.driver.lateness import Lateness
 from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
+from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 from spiraltrunk.workflows.drive.remote.requests import (
     Alive,
     Arm,
@@ -36,9 +37,6 @@ PATIENCE = 0.8
 
 VALIDITY = 0.1
 """Validity of the targets, renewed every `RENEWAL` [s] (ours): a process that hangs for longer is a fault."""
-
-TENSION, SPEED = 20.0, 0.02
-"""Limits of moves until others are set [N], [m/s] (ours)."""
 
 
 @final
