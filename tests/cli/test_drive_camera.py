@@ -86,9 +86,11 @@ def test_a_robot_without_a_camera_is_told_the_option(capsys):
     assert "pinch needs a camera; allowed: --camera MODULE:NAME" in capsys.readouterr().err
 
 
-def test_with_a_camera_the_ports_are_next(capsys):
+def test_with_a_camera_the_ports_are_next(monkeypatch, capsys):
+    """After the arm, which is opened first."""
+    monkeypatch.setattr("spiraltrunk.workflows.drive.hardware_robot.HardwareRobot._open_arm", lambda self: None)
     camera = ["--camera", "drive_camera_of_a_test:good"]
-    assert cli.main(["drive", "--bus", "robot", "--robot", "robot.toml", "run", "pinch", *camera]) == 2
+    assert cli.main(["drive", "--bus", "robot", "--robot", "robot.toml", "run", "kick", *camera]) == 2
     assert "board '/dev/absent' cannot be opened" in capsys.readouterr().err
 
 

@@ -50,6 +50,7 @@ def robot(tmp_path: Path) -> Path:
         (["pose", "curled", "--save", "nan", "0", "0"], "allowed: a finite number"),
         (["jog", "1", "5", "--gamepad"], "a cable and a length and --gamepad given; allowed: a cable"),
         (["jog", "1", "--gamepad"], "a cable and --gamepad given; allowed:"),
+        (["jog", "--gamepad", "--hold-s", "2"], "--hold-s and --gamepad given; allowed: --hold-s with a cable and a"),
         (["jog", "1"], "a cable given without a length; allowed:"),
         (["jog"], "neither a cable nor --gamepad given; allowed: a cable and a length to wind in, or --gamepad alone"),
         (["selftest", "--only", "foo"], "unknown fault 'foo'; known: frame_loss_1_percent, "),
@@ -100,6 +101,17 @@ def test_the_load_cells_of_the_file_are_on_the_twin_and_in_the_status(robot, cap
     assert [cable["load_cell_n"] is None for cable in cables] == [True, True, False]
     assert [cable["load_cell_age_ms"] is None for cable in cables] == [True, True, False]
     assert cables[2]["load_cell_age_ms"] < 10.0
+
+
+@pytest.mark.parametrize("strategy", ["pinch", "tip-grip", "flip-grip", "sweep"])
+def test_a_strategy_that_needs_the_gripper_is_refused_before_a_port_is_opened(strategy, tmp_path, monkeypatch, capsys):
+    file = tmp_path / "robot.toml"
+    file.write_text(EXAMPLE[: EXAMPLE.index("[servo]")])
+    monkeypatch.setattr("spiraltrunk.workflows.drive.camera.load_camera", lambda text: lambda time: None)
+    command = ["drive", "--robot", str(file), "--bus", "robot", "run", strategy, "--camera", "a:b"]
+    assert cli.main(command) == 2
+    told = f"{strategy} needs the gripper; allowed: a table [servo] in the file of --robot"
+    assert told in capsys.readouterr().err
 
 
 def test_a_file_that_fits_is_taken_on_the_twin(robot, capsys):
@@ -194,6 +206,26 @@ def test_a_limit_of_the_robot_file_holds_for_moves(monkeypatch, robot, capsys):
             assert line.count("\n") == 1
 
 
+def test_the_speed_of_the_gamepad_is_that_of_the_robot_file_or_of_the_option(robot, monkeypatch, capsys):
+    from contextlib import nullcontext
+
+    speeds = []
+
+    def jog(*_, speed, **__):
+        speeds.append(speed)
+        return "stop button"
+
+    monkeypatch.setattr("spiraltrunk.hardware.gamepad.Gamepad", lambda number: nullcontext())
+    monkeypatch.setattr("spiraltrunk.workflows.drive.gamepad_jog.jog_with_gamepad", jog)
+    monkeypatch.setattr("spiraltrunk.workflows.drive.robot.Robot.prepare", lambda self: None)
+    robot.write_text(robot.read_text().replace("s = 100.0", "s = 15.0"))
+    for options in ([], ["--robot", str(robot)]):
+        for speed in ([], ["--speed-mm-s", "8"]):
+            assert cli.main(["drive", *options, "jog", "--gamepad", *speed]) == 0
+    assert speeds == [0.02, 0.008, 0.015, 0.008]
+    assert cli.main(["drive", "--robot", str(robot), "jog", "--gamepad", "--speed-mm-s", "16"]) == 2
+
+
 def test_a_move_without_options_keeps_the_limits_of_the_robot_file(robot):
     given = Namespace(robot=None, tension_n=None, speed_mm_s=None, hold_s=1.0)
     assert read_move(given, presets.PAPER) == MoveSettings(tension=20.0, speed=0.02, hold=1.0)
@@ -263,6 +295,24 @@ def test_a_protocol_names_the_cable_and_the_step_that_missed_its_target_most(hel
     assert "-0.0" not in printed.out
     assert cli.main(["drive", "pull", "50", "0", "0"]) == code == 0
     assert f"cable 1 ended at 44.3 mm, 5.7 mm from its target: {cause}" in capsys.readouterr().err
+
+
+def test_slack_is_compensated_by_the_protocol_or_by_the_robot_file(held, robot, tmp_path, monkeypatch, capsys):
+    protocol = tmp_path / "protocol.toml"
+    protocol.write_text(PROTOCOL.replace("[[run]]", "slack_mm = [4.0, 0.0, 0.0]\n[[run]]", 1))
+    command = ["drive", "--robot", str(robot), "protocol", str(protocol), "bend"]
+    with monkeypatch.context() as patch:
+        patch.setattr("spiraltrunk.cli.verbs.drive.actions.open_robot", lambda *_, **__: pytest.fail("opened"))
+        assert cli.main(command) == 2
+    told = capsys.readouterr().err
+    assert "slack_mm is set in the protocol and " in told
+    assert "and would be compensated twice; allowed: in one of the two" in told
+    assert told.count("\n") == 1
+    robot.write_text(robot.read_text().replace("slack_mm = [2.0, 1.5, 1.5]", "slack_mm = [0.0, 0.0, 0.0]"))
+    assert cli.main(command) == 0
+    protocol.write_text(PROTOCOL)
+    robot.write_text(EXAMPLE)
+    assert cli.main(command) == 0
 
 
 def test_a_protocol_at_its_targets_warns_of_nothing(capsys):

@@ -10,7 +10,7 @@ import numpy as np
 from spiraltrunk.control.command_check import read_command
 from spiraltrunk.control.messages import CameraObservation, Command, Observation, Task
 from spiraltrunk.control.plant import CONTROL_PERIOD, Plant
-from spiraltrunk.errors import RunError
+from spiraltrunk.errors import DriveError, RunError
 from spiraltrunk.hardware.arm.arm_port import ArmState
 from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
@@ -132,10 +132,14 @@ class HardwarePlant(Plant):
             pull = np.array(wound)
         gripper = max(-1.0, min(1.0, command.gripper))
         is_still = self._is_still(self._position, command.cable_tension, pull, np.array(gripper))
-        self.driver.set_targets(
-            command.cable_tension, pull, arm_position=self._position, gripper=gripper,
-            valid_for=THINKING if is_still else CONTROL_PERIOD,
-        )  # fmt: skip
+        try:
+            self.driver.set_targets(
+                command.cable_tension, pull, arm_position=self._position, gripper=gripper,
+                valid_for=THINKING if is_still else CONTROL_PERIOD,
+            )  # fmt: skip
+        except DriveError as error:  # The driver's thread may have latched a fault since the check above.
+            self._raise_fault()
+            raise RunError(str(error)) from error
         late = self._clock.now() - self._began - self._count * CONTROL_PERIOD
         if late > CONTROL_PERIOD:
             self._began += late

@@ -88,6 +88,18 @@ def test_frozen_feedback_is_told(name, monkeypatch):
     assert "feedback is 60 ms old; allowed: 50 ms" in bench.arm.read().error
 
 
+@pytest.mark.parametrize("part", ["position", "velocity", "acceleration", "torque"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_each_part_of_a_measurement_must_be_finite(name, part, value, monkeypatch):
+    bench = make_bench(name, monkeypatch)
+    good = bench.arm.read()
+    measured = dataclasses.replace(bench.arm._measure(), **{part: np.array([*np.zeros(6), value])})
+    monkeypatch.setattr(bench.arm, "_measure", lambda: measured)
+    state = bench.arm.read()
+    assert "not finite" in state.error
+    assert np.array_equal(getattr(state, part), getattr(good, part))
+
+
 def test_numbers_that_are_none_are_told(name, monkeypatch):
     joints = Joints()
     bench = make_bench(name, monkeypatch, joints)

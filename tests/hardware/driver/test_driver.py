@@ -720,6 +720,34 @@ def test_close_lets_go_and_releases_everything_once():
         rig.driver.tick()
 
 
+def test_close_releases_motors_and_arm_where_the_loop_fails():
+    """The watchdog is not told of an end in order: it takes the torque off."""
+    rig = build(with_sides=True).ready()
+    rig.run(0.1, lambda one: one.aim(gripper=1.0))
+    rig.motors.read = fail
+    with pytest.raises(ZeroDivisionError):
+        rig.driver.close()
+    assert rig.motors.is_closed
+    assert rig.arm.is_closed
+    assert rig.servo.n_released == 1
+    assert rig.watchdog.n_ended == 0
+    rig.driver.close()
+
+
+def test_close_releases_motors_and_arm_where_the_servo_fails():
+    rig = build(with_sides=True).ready()
+    rig.run(0.1, lambda one: one.aim(gripper=1.0))
+    rig.servo.release = fail
+    with pytest.raises(ZeroDivisionError):
+        rig.driver.close()
+    assert rig.motors.is_closed
+    assert rig.arm.is_closed
+
+
+def fail() -> None:
+    raise ZeroDivisionError
+
+
 def test_a_driver_whose_motors_may_not_obey_does_not_end_the_watch(rig):
     rig.pull()
     rig.motors.is_silent = True

@@ -8,9 +8,12 @@ from hypothesis import strategies as st
 
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.bus.frame_bus import Frame, FrameBus
+from spiraltrunk.hardware.bus.frame_queue import FrameQueue
 from spiraltrunk.hardware.clock import Clock
 from spiraltrunk.hardware.safety.watchdog import (
     ANSWER_ID,
+    END_COUNT,
+    END_FLAG,
     HEARTBEAT_FORMAT,
     HEARTBEAT_ID,
     RELEASE,
@@ -117,6 +120,17 @@ def test_a_host_that_ends_in_order_leaves_a_board_that_waits_for_the_next(clock,
     clock.time = 1.0
     second = BoardWatchdog(WatchedBus(bus), clock)
     assert beat(second, second._bus), "it did not trip in a second without heartbeats"
+
+
+def test_the_end_of_a_host_is_told_three_times_on_a_bus_that_keeps_the_latest_frame_alone(clock, bus):
+    told = []
+    queue = FrameQueue()
+    bus.send = queue.put
+    bus.flush = lambda: told.extend(queue.take())
+    BoardWatchdog(WatchedBus(bus), clock).end()
+    beats = [HEARTBEAT_FORMAT.unpack(frame.data) for frame in told]
+    assert [flags for _, flags in beats] == [END_FLAG] * END_COUNT
+    assert len({counter for counter, _ in beats}) == END_COUNT == 3
 
 
 def test_the_end_of_a_host_does_not_clear_a_board_that_has_tripped(clock, bus):

@@ -99,6 +99,24 @@ def test_a_refusal_of_what_was_given_is_told_apart(work, kind):
     assert type(why) is kind
 
 
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_listener_that_fails_ends_the_work_with_the_reason():
+    answers, ended = [], threading.Event()
+    one = Job(count, (3,))
+
+    def fail(report):
+        raise ZeroDivisionError("no picture")
+
+    def finish(*answer):
+        answers.append(answer)
+        ended.set()
+
+    one.start(fail, finish)
+    assert ended.wait(60)
+    assert answers == [(None, "ZeroDivisionError: no picture")]
+    assert not one.is_running
+
+
 def test_work_can_be_stopped():
     assert end(work_for_ever, stop_at_report=True) == (["begun"], [(None, STOPPED)])
 

@@ -15,7 +15,7 @@ from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
 from spiraltrunk.studio.robot.gauges import SETTLED, Gauges, collect_values, find_ends
-from spiraltrunk.studio.robot.tab import UNWATCHED, has_tripped_board
+from spiraltrunk.studio.robot.tab import UNWATCHED, RobotTab, has_tripped_board
 from spiraltrunk.studio.robot.texts import (
     format_cables,
     format_closed,
@@ -65,6 +65,13 @@ def state():
 
 def show(state, **changes):
     return replace(state, snapshot=replace(state.snapshot, **changes))
+
+
+def test_a_pose_is_saved_without_the_slack_of_the_cables(state):
+    """As `drive jog --save` does; both are wound in with it when the pose is reached."""
+    homed = replace(show(state, is_homed=True), pulls=(0.01, 0.0, 0.0))
+    tab = SimpleNamespace(_hub=SimpleNamespace(state=homed))
+    assert RobotTab._read_pulls(tab) == (0.01, 0.0, 0.0)
 
 
 def test_each_state_says_what_to_do_next(state):

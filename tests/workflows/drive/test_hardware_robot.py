@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,6 +16,7 @@ from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
+from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmPort, ArmState
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.log import load_log
 from spiraltrunk.hardware.motors import load_cell
@@ -30,6 +32,7 @@ from spiraltrunk.hardware.twin.motors import MotorTwins
 from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.robot.arm import arm_limits
 from spiraltrunk.workflows.drive import hardware_robot
 from spiraltrunk.workflows.drive.camera import Camera
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
@@ -130,22 +133,20 @@ def test_load_cells_of_the_file_are_opened_used_and_closed(monkeypatch):
     assert board.is_closed
 
 
-def test_load_cells_that_are_absent_are_one_line_and_the_bus_is_closed(monkeypatch):
-    opened = []
-
-    def remember(*arguments, **named):
-        opened.append(open_can_bus(*arguments, **named))
-        return opened[0]
-
-    monkeypatch.setattr(hardware_robot, "open_can_bus", remember)
+def test_load_cells_that_are_absent_are_one_line_and_no_bus_is_opened(monkeypatch):
+    monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
     with pytest.raises(DriveError, match="serial port '/dev/absent' cannot be opened") as caught:
         HardwareRobot(DESIGN, replace(FILE, load_cells=CELLS))
     assert "\n" not in str(caught.value)
-    with pytest.raises(DriveError, match="closed"):
-        opened[0].receive()
 
 
-def test_the_bus_is_closed_where_the_arm_cannot_be_opened(monkeypatch):
+def test_no_bus_is_opened_where_the_arm_cannot_be(monkeypatch):
+    monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
+    with pytest.raises((MissingPackage, DriveError)):
+        HardwareRobot(DESIGN, replace(FILE, arm="panda:127.0.0.1"))
+
+
+def test_the_bus_is_closed_where_the_driver_cannot_be_built(monkeypatch):
     opened = []
 
     def remember(*arguments, **named):
@@ -153,10 +154,103 @@ def test_the_bus_is_closed_where_the_arm_cannot_be_opened(monkeypatch):
         return opened[0]
 
     monkeypatch.setattr(hardware_robot, "open_can_bus", remember)
-    with pytest.raises((MissingPackage, DriveError)):
-        HardwareRobot(DESIGN, replace(FILE, arm="panda:127.0.0.1"))
+    monkeypatch.setattr(hardware_robot, "TrunkDriver", lambda **_: (_ for _ in ()).throw(DriveError("no driver")))
+    with pytest.raises(DriveError, match="no driver"):
+        HardwareRobot(DESIGN, FILE)
     with pytest.raises(DriveError, match="closed"):
         opened[0].receive()
+
+
+class Relay:
+    """Port of a relay that notes its pulses."""
+
+    cts = True
+
+    def __init__(self) -> None:
+        self.pulses, self.is_closed = [], False
+
+    def write(self, data: bytes) -> None:
+        self.pulses.append(time.monotonic())
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+def test_a_relay_is_fed_from_power_up_until_the_loop_does_so(monkeypatch):
+    """Opening the bus takes half a second, as of servos that are asked one by one."""
+    relay, times = Relay(), []
+
+    def open_slowly(*arguments, **named):
+        times.append(time.monotonic())
+        time.sleep(0.5)
+        return open_can_bus(*arguments, **named)
+
+    monkeypatch.setattr(hardware_robot, "BOOT_TIME", 0.2)
+    monkeypatch.setattr(hardware_robot, "open_relay", lambda port: relay)
+    monkeypatch.setattr(hardware_robot, "open_can_bus", open_slowly)
+    with HardwareRobot(DESIGN, replace(FILE, watchdog="relay:/dev/absent"), arm=LoadedArm()) as robot:
+        assert relay.pulses[0] == pytest.approx(times[0] - 0.2, abs=0.1)
+        robot.run(0.3)
+    assert relay.pulses[-1] > times[0] + 0.8
+    assert np.diff(relay.pulses).max() < 0.2, "a computer under load is late, by less than the bus takes"
+    assert relay.is_closed
+
+
+def test_a_relay_that_is_gone_opens_no_robot(monkeypatch):
+    relay = Relay()
+    relay.write = lambda data: (_ for _ in ()).throw(OSError("unplugged"))
+    monkeypatch.setattr(hardware_robot, "BOOT_TIME", 0.01)
+    monkeypatch.setattr(hardware_robot, "open_relay", lambda port: relay)
+    with pytest.raises(DriveError, match="the relay's serial line is gone"):
+        HardwareRobot(DESIGN, replace(FILE, watchdog="relay:/dev/absent"))
+    assert relay.is_closed
+
+
+class LoadedArm(ArmPort):
+    """An arm at rest that notes which thread sets its load, and who asks it at the same time."""
+
+    limits = arm_limits(DESIGN.arm)
+
+    def __init__(self) -> None:
+        self.calls, self.n_inside, self.n_most = [], 0, 0
+
+    def _enter(self, call: str) -> None:
+        self.n_inside += 1
+        self.n_most = max(self.n_most, self.n_inside)
+        time.sleep(0.005)
+        self.n_inside -= 1
+        self.calls.append(call)
+
+    def read(self) -> ArmState:
+        self._enter("read")
+        zeros = np.zeros(7)
+        return ArmState(time=time.monotonic(), position=zeros, velocity=zeros, acceleration=zeros, torque=zeros)
+
+    def set_load(self, load: ArmLoad) -> None:
+        self._enter("load")
+
+    def send(self, position: np.ndarray) -> None: ...
+
+    def hold(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def test_the_arm_is_told_its_load_before_the_loop_asks_it():
+    arm = LoadedArm()
+    with HardwareRobot(DESIGN, FILE, arm=arm) as robot, pytest.raises(DriveError, match="no feedback"):
+        robot.prepare()
+    assert arm.calls[0] == "load"
+    assert arm.calls.count("load") == 1
+    assert "read" in arm.calls
+    assert arm.n_most == 1, "two threads asked the arm at once"
+
+
+def test_an_absent_relay_is_one_line_and_no_bus_is_opened(monkeypatch):
+    monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
+    with pytest.raises(DriveError, match=r"relay '/dev/absent' cannot be opened: .*; ports found: ") as caught:
+        HardwareRobot(DESIGN, replace(FILE, watchdog="relay:/dev/absent"))
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("bus", ["board:/dev/absent", "sts:/dev/absent"])
@@ -215,6 +309,12 @@ def test_the_task_is_the_announced_one():
 def test_a_strategy_that_needs_a_camera_is_refused_without_one(machine):
     with connect(machine=machine) as robot, pytest.raises(RunError, match="kick needs a camera"):
         run_on_hardware(robot, OBJECT, strategies.get("kick"))
+
+
+def test_a_strategy_that_needs_the_gripper_is_refused_without_one(machine):
+    with connect(machine=machine) as robot, pytest.raises(RunError, match="pinch needs the gripper"):
+        run_on_hardware(robot, OBJECT, strategies.get("pinch"), camera=lambda: None)
+    assert not robot.driver.is_homed
 
 
 @pytest.mark.slow

@@ -200,7 +200,8 @@ class GuardedArm(ArmPort):
             self._latch(describe_failure(error))
             return
         now = self._clock.now()
-        if not all(np.isfinite(part).all() for part in (measured.position, measured.velocity, measured.torque)):
+        parts = (measured.position, measured.velocity, measured.acceleration, measured.torque)
+        if not all(np.isfinite(part).all() for part in parts):
             self._latch("the arm measures numbers that are not finite")
         elif measured.time != self._device_time or self._state is None:
             self._device_time, self._state = measured.time, replace(measured, time=now, error=None)

@@ -118,8 +118,9 @@ class ThreadedDriver:
         self._locked(lambda: self._driver.clear_fault(person))
 
     def snapshot(self) -> Snapshot:
-        """See `TrunkDriver.snapshot`."""
-        return self._locked(self._driver.snapshot)
+        """See `TrunkDriver.snapshot`; the loop does not wait while the lateness is summarised."""
+        lateness = self._driver.summarise_lateness()
+        return self._locked(lambda: self._driver.snapshot(lateness))
 
     def wait(self) -> None:
         """Sleep for one period; the thread runs meanwhile."""

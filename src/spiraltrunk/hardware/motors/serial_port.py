@@ -46,18 +46,28 @@ def open_serial(port: str, baud: int) -> SerialStream:
         DriveError: where it cannot be opened, with the ports that exist.
         MissingPackage: without pyserial.
     """
+    opened = open_port(port, baud)
+    from serial import SerialTimeoutException
+
+    return _PatientStream(opened, SerialTimeoutException)
+
+
+def open_port(port: str, baud: int, name: str = "serial port") -> Any:
+    """pyserial's own port, for this program alone; a write that waits for more than 5 ms is an OSError.
+
+    Raises:
+        DriveError: where it cannot be opened, with the ``name`` of what it is and the ports that exist.
+        MissingPackage: without pyserial.
+    """
     try:
         import serial
     except ImportError:
         raise _no_serial() from None
     try:
-        opened = serial.Serial(port, baud, timeout=0, write_timeout=_WRITE_TIME, exclusive=True)
+        return serial.Serial(port, baud, timeout=0, write_timeout=_WRITE_TIME, exclusive=True)
     except (OSError, ValueError) as error:
         known = ", ".join(list_ports()) or "none"
-        raise DriveError(
-            f"serial port {port!r} cannot be opened: {describe_reason(error)}; ports found: {known}"
-        ) from error
-    return _PatientStream(opened, serial.SerialTimeoutException)
+        raise DriveError(f"{name} {port!r} cannot be opened: {describe_reason(error)}; ports found: {known}") from error
 
 
 @final

@@ -188,7 +188,7 @@ class BoardWatchdog(Watchdog):
         """Send heartbeats with the end flag; if all are lost, the board trips."""
         for _ in range(END_COUNT):
             self._queue(END_FLAG)
-        self._bus.flush()
+            self._bus.flush()  # A bus keeps the latest frame of an identifier alone.
 
 
 @final

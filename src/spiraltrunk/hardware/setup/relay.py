@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from spiraltrunk.errors import DriveError, MissingPackage, describe_reason
+from spiraltrunk.hardware.motors.serial_port import open_port
 
 _BAUD = 115_200
 """Baud rate [bit/s] (ours): a byte takes 0.09 ms, far less than a period of control."""
-
-_WRITE_TIME = 0.005
-"""Longest wait for room in the adapter's buffer [s] (ours)."""
 
 
 def open_relay(port: str) -> Any:
@@ -20,13 +17,4 @@ def open_relay(port: str) -> Any:
         DriveError: where it cannot be opened.
         MissingPackage: without pyserial.
     """
-    try:
-        import serial
-    except ImportError:
-        raise MissingPackage("a relay needs pyserial: pip install 'spiraltrunk[hardware]'") from None
-    try:
-        return serial.Serial(port, _BAUD, timeout=0, write_timeout=_WRITE_TIME, exclusive=True)
-    except (OSError, ValueError) as error:
-        raise DriveError(
-            f"relay {port!r} cannot be opened: {describe_reason(error)}; check name, cable and permissions"
-        ) from error
+    return open_port(port, _BAUD, "relay")

@@ -7,6 +7,7 @@ from typing import final
 
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.motors.sts import codec
+from spiraltrunk.hardware.motors.sts.models import KGF_CM
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 
 STALL_CURRENT = 2.7
@@ -14,7 +15,7 @@ STALL_CURRENT = 2.7
 STS3215 = MotorParameters(
     rotor_inertia=2.4e-3,
     friction=0.15,
-    torque_constant=30.0 * 0.0980665 / STALL_CURRENT,
+    torque_constant=30.0 * KGF_CM / STALL_CURRENT,
     current_max=1.2 * STALL_CURRENT,
     supply=12.0,
     speed_free=2.0 * 45.0 * math.tau / 60.0,

@@ -57,7 +57,11 @@ class Job:
         """Start the process, and a thread that passes on its reports."""
 
         def listen() -> None:
-            on_end(*self._listen(on_report))
+            answer: tuple[Any, str | None] = (None, "its process could not be ended")
+            try:
+                answer = self._listen(on_report)
+            finally:
+                on_end(*answer)
 
         threading.Thread(target=listen, name="studio job", daemon=True).start()
 
@@ -90,6 +94,8 @@ class Job:
             pass
         except OSError as error:
             answer = (None, str(error))
+        except Exception as error:  # A listener's, or a report that cannot be read.
+            answer = (None, f"{type(error).__name__}: {error}")
         finally:
             self._end()
         if self._is_stopped.is_set():

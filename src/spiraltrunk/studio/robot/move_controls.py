@@ -13,8 +13,8 @@ from spiraltrunk.studio.page.controls import Slider
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.scale import Scale, is_number
 from spiraltrunk.studio.page.theme import GRAY
+from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 from spiraltrunk.workflows.drive.remote.requests import SPEED_LEAST, SPEED_MOST, STEP_MOST, Jog, Limit, Move, Request
-from spiraltrunk.workflows.drive.remote.service import SPEED, TENSION
 
 _WAYS = {"let out": -1.0, "wind in": 1.0}
 """What the two buttons of a cable do."""

@@ -236,7 +236,7 @@ class RobotTab:
             PoseControls(self._page, self._design, self._poses, self._ask, self._read_pulls)
 
     def _read_pulls(self) -> tuple[float, ...]:
-        """Present pull of each cable [m].
+        """Present pull of each cable, as the trunk sees it [m].
 
         Raises:
             StudioError: where the robot is not homed.
@@ -244,7 +244,7 @@ class RobotTab:
         state = self._hub.state
         if state is None or not state.snapshot.is_homed:
             raise StudioError("the lengths of the cables are not known; home the robot first")
-        return tuple(cable.pull for cable in state.snapshot.cables)
+        return state.pulls
 
     def _find_picture(self) -> TwinPicture:
         """The picture of the present design."""

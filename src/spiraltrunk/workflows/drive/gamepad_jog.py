@@ -9,7 +9,11 @@ from spiraltrunk.design.drum import SPARE, size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.hardware.gamepad import GamepadInput, GamepadSettings, init_jog, step_jog
 from spiraltrunk.hardware.setup.poses import PullLimits
+from spiraltrunk.workflows.drive.move_defaults import SPEED
 from spiraltrunk.workflows.drive.robot import RENEWAL, Robot
+
+SLOW = 0.25
+"""Speed without the fast button over that with it [-] (ours)."""
 
 
 class GamepadReader(Protocol):
@@ -26,22 +30,27 @@ def compute_pull_limits(design: TrunkDesign) -> PullLimits:
     return PullLimits(least=(least,) * design.n_cable, most=(most,) * design.n_cable)
 
 
-def jog_with_gamepad(robot: Robot, gamepad: GamepadReader, *, tension: float, longest: float = math.inf) -> str:
+def jog_with_gamepad(
+    robot: Robot, gamepad: GamepadReader, *, tension: float, speed: float = SPEED, longest: float = math.inf
+) -> str:
     """Move the cables as the gamepad says until it stops, and return why.
 
     Args:
         robot: the robot, armed.
         gamepad: the gamepad.
         tension: largest tension of each cable [N].
+        speed: speed of a cable at full deflection with the fast button [m/s]; `SLOW` of it without.
         longest: time after which jogging ends [s].
 
     Raises:
         DriveError: for a tension out of its range.
+        DesignError: for a speed out of its range.
         RunError: where a fault ended it.
     """
     design = robot.design
     directions = tuple((math.sin(angle), math.cos(angle)) for angle in design.cable.angles)
-    settings, limits = GamepadSettings(directions=directions), compute_pull_limits(design)
+    settings = GamepadSettings(directions=directions, speed_slow=SLOW * speed, speed_fast=speed)
+    limits = compute_pull_limits(design)
     state, pulls = init_jog(settings), robot.read_pulls()
     end = robot.clock.now() + longest
     while robot.clock.now() < end:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from typing import final
 
@@ -20,6 +20,7 @@ from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.bus.frame_bus import FrameBus
 from spiraltrunk.hardware.clock import Clock, SystemClock
 from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.relay_feeder import RelayFeeder
 from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.motors.gm6020 import compute_feedback_id
@@ -51,13 +52,13 @@ ARMING_TIME = 10.0
 BOOT_TIME = 1.0
 """Time for which a relay is fed before its motors are asked anything [s] (ours)."""
 
-FEED_PERIOD = 0.005
-"""Time between two pulses to the relay meanwhile [s] (ours)."""
-
 
 @final
 class HardwareRobot(Robot):
     """Motors, gripper and arm on the ports that a robot file names; they are opened here, and nowhere else.
+
+    Arm and load cells are opened first, and the arm is told its load. Then a relay closes the motors' supply, and is
+    fed until the driver's loop does so.
 
     Args:
         design: the robot's design.
@@ -69,7 +70,7 @@ class HardwareRobot(Robot):
 
     Raises:
         DesignError: where the file does not fit the design; nothing is opened then.
-        DriveError: where a port or an arm cannot be opened; all others are closed again.
+        DriveError: where a port or an arm cannot be opened, or the arm refuses its load; all others are closed again.
         MissingPackage: without a package that it needs.
     """
 
@@ -93,30 +94,42 @@ class HardwareRobot(Robot):
         if file.servo is not None:
             options = replace(options, gripper=file.servo)
         with ExitStack() as opening:
-            motors, servo, watchdog = self._open_motors(opening)
-            cells = self._open_cells(opening)
             self.arm = self._open_arm() if arm is None else arm
             if self.arm is not None:
                 opening.callback(self.arm.close)
-            driver = TrunkDriver(
-                design=design,
-                motors=motors, winders=winders, watchdog=watchdog,
-                clock=self.clock, servo=servo, arm=self.arm, load_cells=cells, options=options,
-            )  # fmt: skip
+                self.arm.set_load(trunk_load(design))  # Before the loop, which then asks the arm from its own thread.
+            cells = self._open_cells(opening)
+            relay = self._open_relay(opening)
+            feeding: AbstractContextManager[object] = nullcontext() if relay is None else RelayFeeder(relay)
+            with feeding:
+                motors, servo, watchdog = self._open_motors(opening, relay)
+                driver = TrunkDriver(
+                    design=design,
+                    motors=motors, winders=winders, watchdog=watchdog,
+                    clock=self.clock, servo=servo, arm=self.arm, load_cells=cells, options=options,
+                )  # fmt: skip
+            self.driver = ThreadedDriver(driver) if clock is None else driver
             self._ports = opening.pop_all()
-        self.driver = ThreadedDriver(driver) if clock is None else driver
 
-    def _open_motors(self, opening: ExitStack) -> tuple[MotorPort, ServoPort | None, Watchdog]:
+    def _open_relay(self, opening: ExitStack) -> RelayWatchdog | None:
+        """The relay of the file; None without one."""
+        if self.file.relay is None:
+            return None
+        port = open_relay(self.file.relay)
+        opening.callback(port.close)
+        return RelayWatchdog(port)
+
+    def _open_motors(
+        self, opening: ExitStack, relay: RelayWatchdog | None
+    ) -> tuple[MotorPort, ServoPort | None, Watchdog]:
         """Motors, servo and watchdog; what was opened is closed by the stack, too."""
         file, address = self.file, parse_bus_address(self.file.bus)
         setup = file.motors
         motors: MotorPort
         servo: ServoPort | None = None
         bus: WatchedBus | None = None
-        relay = None if file.relay is None else open_relay(file.relay)
         if relay is not None:
-            opening.callback(relay.close)
-            _power_up(RelayWatchdog(relay), self.clock)
+            self.clock.sleep_until(self.clock.now() + BOOT_TIME)
         if address.kind is BusKind.STS:
             settings = StsSettings(port=address.port, servo_ids=setup.ids, directions=setup.signs, model=setup.model)
             motors = StsServos.from_settings(settings, self.clock)
@@ -127,7 +140,7 @@ class HardwareRobot(Robot):
                 motors.data_sheet = replace(motors.data_sheet, feedback_period=setup.feedback_period)
         opening.callback(motors.close)
         if relay is not None:
-            return motors, servo, RelayWatchdog(relay)
+            return motors, servo, relay
         if file.watchdog == "board" and bus is not None:
             return motors, servo, BoardWatchdog(bus, self.clock)
         return motors, servo, NoWatchdog()
@@ -167,12 +180,6 @@ class HardwareRobot(Robot):
 
         return FrankyArm(host, settings, self.clock)
 
-    def prepare(self) -> None:
-        """See `Robot.prepare`; the load of the arm is set before."""
-        if self.arm is not None:
-            self.arm.set_load(trunk_load(self.design))
-        super().prepare()
-
     def build_plant(
         self, task: Task, reach: Reach, camera: Callable[[], CameraObservation | None] | None = None
     ) -> HardwarePlant:
@@ -192,11 +199,3 @@ class HardwareRobot(Robot):
             super().close()
         finally:
             self._ports.close()
-
-
-def _power_up(watchdog: Watchdog, clock: Clock) -> None:
-    """Feed a relay in the motors' supply until they have booted."""
-    end = clock.now() + BOOT_TIME
-    while clock.now() < end:
-        watchdog.feed()
-        clock.sleep_until(clock.now() + FEED_PERIOD)

@@ -72,10 +72,12 @@ def run_on_hardware(
     Raises:
         ModelError: where the strategy cannot plan for the object.
         DriveError: where the robot cannot be homed or armed.
-        RunError: where it has no arm, or no camera and the strategy needs one, or a fault ended homing.
+        RunError: where it has no arm, or no camera or gripper and the strategy needs one, or a fault ended homing.
     """
     if strategy.needs_camera and camera is None:
         raise RunError(f"{strategy.name} needs a camera, and there is none; allowed: strategies that need none")
+    if strategy.holds == "fingers" and robot.file.servo is None:
+        raise RunError(f"{strategy.name} needs the gripper; allowed: a robot file with a table [servo]")
     task = build_announced_task(robot.design, shape, strategy)
     plant = robot.build_plant(task, ArmReach(robot.design), camera)
     began = robot.clock.now()

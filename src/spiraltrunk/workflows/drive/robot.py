@@ -10,9 +10,11 @@ from typing import Self
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError, RunError
 from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
+from spiraltrunk.workflows.drive.move_defaults import SPEED
 
 LONGEST_HOMING = 120.0
 """Time after which homing counts as hung [s] (ours): STS servos may take 75 s to wind in and 28 s to be stirred."""
@@ -125,7 +127,7 @@ class Robot(ABC):
             self.home()
         self.driver.arm()
 
-    def pull_to(self, pulls: Sequence[float], *, tension: float, speed: float = 0.02, hold: float = 1.0) -> None:
+    def pull_to(self, pulls: Sequence[float], *, tension: float, speed: float = SPEED, hold: float = 1.0) -> None:
         """Wind every cable to its pull, all arriving together, and hold it there.
 
         Args:
@@ -159,7 +161,11 @@ class Robot(ABC):
 
     def read_pulls(self) -> list[float]:
         """Cable pulled in since the straight trunk, as the trunk sees it, one per cable [m]."""
-        pulls, stroke = [cable.pull for cable in self.driver.snapshot().cables], self.design.cable_stroke
+        return self.compute_pulls(self.driver.snapshot())
+
+    def compute_pulls(self, snapshot: Snapshot) -> list[float]:
+        """Cable pulled in since the straight trunk, as the trunk sees it, in a state of the driver [m]."""
+        pulls, stroke = [cable.pull for cable in snapshot.cables], self.design.cable_stroke
         return [remove_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)] if self.slack else pulls
 
     def set_pulls(self, tensions: Sequence[float], pulls: Sequence[float], *, valid_for: float = RENEWAL) -> None:

@@ -70,6 +70,29 @@ def test_a_request_that_was_left_unread_is_no_reason():
     assert ends == [None]
 
 
+class Speaking(Ended):
+    """A process that tells a state and then waits."""
+
+    def start(self):
+        self.pipe.send(("state", "armed"))
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_listener_that_fails_ends_the_link_with_the_reason():
+    ends, ignore = [], lambda *_: None
+
+    def fail(state):
+        raise ZeroDivisionError("no picture")
+
+    link = RobotLink(RobotSetup(design=presets.PAPER), on_state=fail, on_refusal=ignore, on_end=ends.append)
+    link._process = Speaking(link._theirs)
+    link.start()
+    link.join()
+    assert ends == ["ZeroDivisionError: no picture"]
+    with pytest.raises(RunError, match="not connected"):
+        link.ask(Arm())
+
+
 def test_a_robot_is_told_and_closed():
     heard = Heard()
     state = heard.wait(heard.states)

@@ -3,6 +3,7 @@
 import math
 import threading
 import time
+from dataclasses import replace
 from multiprocessing import Pipe
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DriveError, SpiralTrunkError
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.winder.slack import compensate_slack
 from spiraltrunk.workflows.drive.remote import robot_process
 from spiraltrunk.workflows.drive.remote.requests import (
     Alive,
@@ -60,6 +62,20 @@ class Bench:
     @property
     def torque(self):
         return max(map(abs, self.robot.read_torques()))
+
+
+def test_the_state_tells_the_cables_as_the_trunk_sees_them():
+    robot = TwinRobot(DESIGN)
+    robot.slack = (0.006, 0.0, 0.0)
+    snapshot = robot.driver.snapshot()
+    wound = compensate_slack(0.05, 0.006, DESIGN.cable_stroke)
+    cables = (replace(snapshot.cables[0], pull=wound), *snapshot.cables[1:])
+    robot.driver.snapshot = lambda: replace(snapshot, cables=cables)
+    try:
+        state = RobotService(robot).read_state(0.0)
+        assert state.pulls == tuple(robot.read_pulls()) == pytest.approx((0.05, 0.0, 0.0))
+    finally:
+        robot.close()
 
 
 @pytest.fixture(scope="module")

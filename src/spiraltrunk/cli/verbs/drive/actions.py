@@ -11,11 +11,11 @@ from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_seed
 from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_count, format_json
 from spiraltrunk.cli.verbs.drive.figures import format_figure
 from spiraltrunk.cli.verbs.drive.move_check import (
-    SPEED,
-    TENSION,
+    HOLD,
     MoveSettings,
     check_jog,
     check_lengths,
+    check_slack,
     list_distances,
     read_move,
     warn_short,
@@ -23,6 +23,7 @@ from spiraltrunk.cli.verbs.drive.move_check import (
 )
 from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, check_save, save_pose
 from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
+from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.robot import Robot
@@ -95,10 +96,10 @@ def add_move(parser: Parser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--speed-mm-s", type=read_number, metavar="V",
-        help=f"speed (default {SPEED:g}, or the limit of --robot where that is lower)",
+        help=f"speed (default {1e3 * SPEED:g}, or the limit of --robot where that is lower)",
     )  # fmt: skip
     parser.add_argument(
-        "--hold-s", type=read_number, default=1.0, metavar="S", help="time for which the end is held (default 1)"
+        "--hold-s", type=read_number, metavar="S", help=f"time for which the end is held (default {HOLD:g})"
     )
 
 
@@ -152,6 +153,8 @@ def _jog(arguments: argparse.Namespace) -> Answer:
 def _check_jog_given(arguments: argparse.Namespace) -> None:
     """Refuse anything but a cable with its length, or a gamepad."""
     given = [name for name in ("cable", "way_mm", "gamepad") if getattr(arguments, name) is not None]
+    if given == ["gamepad"] and arguments.hold_s is not None:
+        raise UsageError("--hold-s and --gamepad given; allowed: --hold-s with a cable and a length")
     if given in (["cable", "way_mm"], ["gamepad"]):
         return
     names = {"cable": "a cable", "way_mm": "a length", "gamepad": "--gamepad"}
@@ -166,7 +169,7 @@ def _jog_with_gamepad(arguments: argparse.Namespace, settings: MoveSettings) -> 
 
     with Gamepad(arguments.gamepad) as gamepad, open_robot(arguments, is_real_time=True) as robot:
         robot.prepare()
-        complain(jog_with_gamepad(robot, gamepad, tension=settings.tension), DONE)
+        complain(jog_with_gamepad(robot, gamepad, tension=settings.tension, speed=settings.speed), DONE)
         _save(arguments, robot)
         return answer(arguments, robot)
 
@@ -182,8 +185,9 @@ def _protocol(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.mocap.protocol.schedule import build_schedule
     from spiraltrunk.mocap.protocol.toml import load_protocol
 
-    protocol = load_protocol(arguments.protocol)
-    settings = read_move(arguments, load_design(arguments.design))
+    protocol, design = load_protocol(arguments.protocol), load_design(arguments.design)
+    settings = read_move(arguments, design)
+    check_slack(arguments, design, protocol)
     steps = []
     with open_robot(arguments) as robot:
         schedule = build_schedule(robot.design, protocol, protocol.run(arguments.run_name))

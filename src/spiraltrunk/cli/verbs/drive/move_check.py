@@ -9,16 +9,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, final
 
 from spiraltrunk.cli.output import DONE, UsageError, complain, format_count, quote
+from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
+    from spiraltrunk.mocap.protocol.protocol import Protocol
     from spiraltrunk.workflows.drive.robot import Robot
 
 SPEED_LEAST, SPEED_MOST = 0.1, 300.0
 """Speeds of a move [mm/s] (ours): nobody waits for less, and no GM6020 on the design's drum follows more."""
 
-TENSION, SPEED = 20.0, 20.0
-"""Largest tension of a move [N] and its speed [mm/s], unless given (ours): the tension curls the paper's trunk half."""
+HOLD = 1.0
+"""Time for which the end of a move is held, unless given [s] (ours)."""
 
 HOLD_MOST = 3600.0
 """Longest time at the end of a move [s] (ours)."""
@@ -56,15 +58,16 @@ def read_move(arguments: argparse.Namespace, design: TrunkDesign) -> MoveSetting
     """
     tension, speed = _find_limits(arguments, design)
     tension_n = min(TENSION, tension.most) if arguments.tension_n is None else arguments.tension_n
-    speed_mm_s = min(SPEED, speed.most) if arguments.speed_mm_s is None else arguments.speed_mm_s
+    speed_mm_s = min(1e3 * SPEED, speed.most) if arguments.speed_mm_s is None else arguments.speed_mm_s
+    hold = HOLD if arguments.hold_s is None else float(arguments.hold_s)
     for option, value, least, limit in (
         ("--tension-n", tension_n, 0.0, tension),
         ("--speed-mm-s", speed_mm_s, SPEED_LEAST, speed),
-        ("--hold-s", arguments.hold_s, 0.0, _Limit(HOLD_MOST, "s")),
+        ("--hold-s", hold, 0.0, _Limit(HOLD_MOST, "s")),
     ):
         if not least <= value <= limit.most:
             raise UsageError(f"{option} is {value:g}; allowed: {least:g} to {limit.most:g} {limit.unit}")
-    return MoveSettings(tension=tension_n, speed=1e-3 * speed_mm_s, hold=float(arguments.hold_s))
+    return MoveSettings(tension=tension_n, speed=1e-3 * speed_mm_s, hold=hold)
 
 
 def _find_limits(arguments: argparse.Namespace, design: TrunkDesign) -> tuple[_Limit, _Limit]:
@@ -116,6 +119,21 @@ def _check_length(design: TrunkDesign, cable: int, length_mm: float) -> None:
     least, most = -1e3 * (1 + SPARE) * drum.travel_out, 1e3 * (1 + SPARE) * drum.travel_in
     if not least <= length_mm <= most:
         raise UsageError(f"cable {cable}: {length_mm:g} mm; allowed: {least:.0f} to {most:.0f} mm, what its drum winds")
+
+
+def check_slack(arguments: argparse.Namespace, design: TrunkDesign, protocol: Protocol) -> None:
+    """Refuse a protocol whose slack the robot file tells, too: both would compensate it.
+
+    Raises:
+        UsageError: where both do.
+        DesignError: for a robot file that does not fit.
+    """
+    from spiraltrunk.cli.verbs.drive.robot import load_wiring
+
+    file = load_wiring(arguments, design)
+    if file is not None and any(protocol.slack) and any(file.cables.slack):
+        where = f"the protocol and {quote(arguments.robot)}"
+        raise UsageError(f"slack_mm is set in {where}, and would be compensated twice; allowed: in one of the two")
 
 
 _CAUSE = "the tension is at its limit, or friction holds it"

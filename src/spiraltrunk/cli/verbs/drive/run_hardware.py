@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, add_file_count, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.robot import compute_state
+from spiraltrunk.cli.verbs.drive.run_log import LOG, add_log, open_run_log
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
 RESULT = "result.json"
 """Name of the result."""
 
-LOG = "drive.mcap"
-"""Name of the log."""
-
 
 def run_on_robot(
     arguments: argparse.Namespace, design: TrunkDesign, file: RobotFile, strategy: Strategy[Any], name: str,
@@ -31,7 +29,7 @@ def run_on_robot(
     """Run the strategy on the real robot, for an object of this name.
 
     Raises:
-        UsageError: where the file names no arm, or the strategy needs a camera and there is none.
+        UsageError: where the file names no arm, or the strategy needs a camera or the gripper and there is none.
     """
     from spiraltrunk.workflows.drive.camera import Camera
     from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
@@ -40,6 +38,8 @@ def run_on_robot(
         raise UsageError('the robot has no arm; allowed: arm = "panda:HOST" or "franky:HOST" in the file of --robot')
     if strategy.needs_camera and look is None:
         raise UsageError(f"{strategy.name} needs a camera; allowed: --camera MODULE:NAME, or a strategy without one")
+    if strategy.holds == "fingers" and file.servo is None:
+        raise UsageError(f"{strategy.name} needs the gripper; allowed: a table [servo] in the file of --robot")
     with HardwareRobot(design, file, without_watchdog=arguments.without_watchdog) as robot:
         camera = None if look is None else Camera(look, arguments.camera, robot.clock)
         result = _run(arguments, robot, strategy, name, camera)
@@ -75,8 +75,9 @@ def _run(
 
         if output is None:
             return run(None)
-        with output.draft() as draft:
-            result = run(draft / LOG)
+        with open_run_log(output) as log, output.draft() as draft:
+            result = run(log)
+            add_log(log, draft)
             result["files"] = [RESULT, LOG]
             (draft / RESULT).write_text(format_json(result) + "\n")
         return result

@@ -13,7 +13,8 @@ from spiraltrunk.cli.output import DONE, FAILED, Answer, add_file_count, complai
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.actions import add_action
 from spiraltrunk.cli.verbs.drive.robot import compute_state, load_wiring, read_robot_file
-from spiraltrunk.cli.verbs.drive.run_hardware import LOG, run_on_robot
+from spiraltrunk.cli.verbs.drive.run_hardware import run_on_robot
+from spiraltrunk.cli.verbs.drive.run_log import LOG, add_log, open_run_log
 from spiraltrunk.cli.verbs.grasp import format_verdict
 
 if TYPE_CHECKING:
@@ -97,8 +98,9 @@ def _run_on_twin(
             done = run(None)
             result = compute_result(done.trial, name)
         else:
-            with output.draft() as draft:
-                done = run(draft / LOG)
+            with open_run_log(output) as path, output.draft() as draft:
+                done = run(path)
+                add_log(path, draft)
                 artifacts = write_artifacts(done.trial, name, draft, video=video, workers=2, progress=progress)
             result, missing = artifacts.result, artifacts.missing
     if missing is not None:

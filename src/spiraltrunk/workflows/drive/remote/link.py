@@ -97,8 +97,12 @@ class RobotLink:
             pass
         except OSError as error:
             reason = str(error)
-        self._end()
-        self._on_end(None if self._is_closing and reason is None else reason)
+        except Exception as error:  # A listener's, or an answer that cannot be read: the robot is let go.
+            reason = f"{type(error).__name__}: {error}"
+        try:
+            self._end()
+        finally:
+            self._on_end(None if self._is_closing and reason is None else reason)
 
     def _end(self) -> None:
         with self._sending, suppress(OSError):

@@ -11,6 +11,7 @@ from spiraltrunk.hardware.driver.lateness import Lateness
 from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
+from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 from spiraltrunk.workflows.drive.remote.requests import (
     Alive,
     Arm,
@@ -36,9 +37,6 @@ PATIENCE = 0.8
 
 VALIDITY = 0.1
 """Validity of the targets, renewed every `RENEWAL` [s] (ours): a process that hangs for longer is a fault."""
-
-TENSION, SPEED = 20.0, 0.02
-"""Limits of moves until others are set [N], [m/s] (ours)."""
 
 
 @final
@@ -140,7 +138,8 @@ class RobotService:
         snapshot, robot = self.robot.driver.snapshot(), self.robot
         is_twin = isinstance(robot, TwinRobot)
         return RobotState(
-            is_twin=is_twin, snapshot=snapshot, goals=self._read_goals(snapshot), page_age=now - self._asked,
+            is_twin=is_twin, snapshot=snapshot, pulls=tuple(robot.compute_pulls(snapshot)),
+            goals=self._read_goals(snapshot), page_age=now - self._asked,
             lateness=snapshot.lateness if lateness is None else lateness,
             note=self._note, run=self.run, result=self.result,
             true_torques=robot.read_torques() if isinstance(robot, TwinRobot) else (),

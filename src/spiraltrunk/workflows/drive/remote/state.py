@@ -23,6 +23,8 @@ class RobotState:
     """Whether it is the twin."""
     snapshot: Snapshot
     """State of its driver."""
+    pulls: tuple[float, ...]
+    """Cable pulled in since the straight trunk, as the trunk sees it: without its slack [m]."""
     goals: tuple[float | None, ...]
     """Length that each cable is wound to [m]; None for one that follows the trunk."""
     page_age: float
