@@ -249,3 +249,11 @@ def test_fingers_press_on_a_slope_as_hard_as_it_takes_and_at_most_as_they_can(mo
     angle = math.atan2(0.006, 0.04)
     share = (0.8 / 3.0) / (0.8 / 3.0 * math.cos(angle) - math.sin(angle))
     assert (slim - bare) / (upright - bare) == pytest.approx(share)
+
+
+def test_a_flip_that_the_cables_cannot_make_is_refused_before_anything_moves():
+    weak = dataclasses.replace(PAPER, cable=dataclasses.replace(PAPER.cable, tension_max=2.0))
+    start = Hand(_task(design=weak)).reset()
+    strategies.get("tip-grip").init(start)
+    with pytest.raises(ModelError, match=r"the tip turns by .* deg at 2 N"):
+        strategies.get("flip-grip").init(start)

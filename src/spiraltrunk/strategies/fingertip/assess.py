@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension
@@ -82,7 +80,7 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     try:
         tip_height(replace(task, target=replace(target, kind="cylinder")) if is_round(target) else task)
         if isinstance(strategy, FlipGrip):
-            _check_flip(task.design, target.mass)
+            find_flip(task.design, target.mass, TURN)
     except ModelError as error:
         return refuse(str(error))
     factors = {
@@ -125,11 +123,6 @@ def gripped_width(task: Task) -> float:
 
 def _gripped_widths(gripper: GripperDesign, target: Target) -> tuple[float, float]:
     return widths_between(target, *grip_band(gripper, height_of(target)))
-
-
-@lru_cache(maxsize=64)
-def _check_flip(design: TrunkDesign, mass: float) -> None:
-    find_flip(design, mass, TURN)
 
 
 def grip_force(gripper: GripperDesign) -> float:
