@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 import spiraltrunk.envs  # noqa: F401
-from spiraltrunk.control.encoding import ControlMode, action_size
+from spiraltrunk.control.encoding import ControlMode, action_size, decode_joints
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
 from spiraltrunk.envs.evaluator import QUIET
 from spiraltrunk.envs.rewards import PROGRESS
+from spiraltrunk.workflows.demos.recording.frames import encode_frames
 from spiraltrunk.workflows.grasp.verdict.arm_conditions import arm_conditions
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.moments import Moments
@@ -140,3 +141,13 @@ def test_the_end_of_a_job_is_seen_once_at_every_control_rate(control_hz, monkeyp
     wins = [env.step(np.zeros(10))[4]["is_success"] for _ in range(round(2.0 * control_hz))]
     assert evaluator.quiet > QUIET
     assert wins.count(True) == 1
+
+
+def test_recorded_joint_actions_lead_to_the_same_positions_in_the_environment():
+    env = make(control_mode="joint-tension")
+    env.reset(seed=0)
+    seen, reach = env.observation, env.plant.reach
+    positions = list(np.random.default_rng(0).uniform(reach.home - 0.3, reach.home + 0.3, (5, reach.home.size)))
+    frames = encode_frames([seen] * 6, [env.setpoint.command] * 5, positions, mode=ControlMode.JOINT_TENSION)
+    for action, position in zip(frames.action, positions, strict=True):
+        np.testing.assert_allclose(decode_joints(action, env._rules.arm), position, atol=1e-6)

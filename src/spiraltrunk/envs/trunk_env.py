@@ -25,7 +25,6 @@ from spiraltrunk.design.toml import load_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.envs.env_state import EnvState, check_state
 from spiraltrunk.envs.episode import Episode, EpisodeRules
-from spiraltrunk.envs.joint_follower import read_arm_joints
 from spiraltrunk.envs.observing.privileged import encode_privileged
 from spiraltrunk.envs.observing.spaces import (
     build_action_space,
@@ -50,6 +49,7 @@ from spiraltrunk.sim.mujoco_log import quiet_steps
 from spiraltrunk.sim.photographer import Photographer, check_cameras
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.robot.arm_joints import build_arm_joints
 from spiraltrunk.sim.scene.options import TIMESTEP, check_timestep
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
@@ -161,7 +161,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         }  # fmt: skip
         reach = ArmReach(self.design)
         self._rules = EpisodeRules(
-            job=job, mode=mode, arm=read_arm_joints(reach), periods=periods, most_steps=self._max_episode_steps,
+            job=job, mode=mode, arm=build_arm_joints(reach), periods=periods, most_steps=self._max_episode_steps,
             is_dense=check_name("reward mode", reward_mode, REWARDS) == "dense", ends=ends,
         )  # fmt: skip
         self.action_space = build_action_space(mode, self.design, reach.home.size)
