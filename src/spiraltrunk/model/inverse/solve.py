@@ -223,7 +223,8 @@ def curl(
         center: centre of the circle in the frame of `Shape`, shape (..., 3) [m].
         diameter: shape (...) [m].
         normal: normal of the circle's plane, any length but 0, shape (..., 3) [-].
-        touching: number of sections, counted from the tip, that should touch; by default those of the last 250 degrees.
+        touching: number of sections, counted from the tip, that should touch; by default those of the last
+            250 degrees round each circle.
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         roll: rotation of the trunk about its base axis, shape (...) [rad].
         loads: loads besides its weight.
@@ -246,7 +247,7 @@ def curl(
         [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
     ).reshape(-1, 7)
     options = _read_options(options, _CURL)
-    touch = _touching(design, touching, float(width.min()))
+    touch = _touching(design, touching, 2 * circle[:, 6])
     targets = _build_targets(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
     shape = solve_targets(design, cases, targets, replace(options, tolerance=1e-6), batch)
     points = shape.points.reshape(-1, design.n_section, 3)
@@ -257,14 +258,16 @@ def curl(
     return _build_solution(shape, distance, distance <= options.tolerance, gap=gap)
 
 
-def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.ndarray:
-    """1 for the sections that should touch, 0 for the others, shape (n_section,) [-]."""
+def _touching(design: TrunkDesign, touching: int | None, width: np.ndarray) -> np.ndarray:
+    """1 for the sections that should touch a circle of each width, 0 for the others, shape (b, n_section) [-]."""
     count = design.n_section
     if touching is None:
-        touching = count - first_wrapped(snug_bend(design, width))
+        each, row = np.unique(width, return_inverse=True)
+        first = np.array([first_wrapped(snug_bend(design, one)) for one in each.tolist()], int)[row]
     else:
         check_count("touching", touching, least=1, most=count)
-    return np.where(np.arange(count) >= count - touching, 1.0, 0.0)
+        first = np.full(width.shape, count - touching)
+    return np.where(np.arange(count) >= first[:, None], 1.0, 0.0)
 
 
 def _build_targets(design: TrunkDesign, **parts: Any) -> Targets:
