@@ -71,7 +71,9 @@ def evaluate_sweep(evidence: Evidence) -> Verdict:
     )
     reason = next((text for holds, text in conditions if not holds), "success")
     success, is_swept = reason == "success", push is not None and after <= task.goal.zone
-    failure = None if success else grasp.failure if is_swept else find_failure(evidence, find_sweep_loss(evidence))
+    failure = grasp.failure if is_swept else None
+    if not success and failure is None:  # The push failed, if only by its begin or its end.
+        failure = find_failure(evidence, find_sweep_loss(evidence))
     return replace(grasp, success=success, reason=reason, failure=failure)
 
 
