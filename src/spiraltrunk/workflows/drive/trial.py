@@ -26,7 +26,7 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import Robot
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
-from spiraltrunk.workflows.grasp.choice.ground import choose_ground
+from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.trial import Trial
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
@@ -119,7 +119,7 @@ def run_on_twin(
     """
     chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
     drawn = replace(draw_scene(shape, seed, strategy=chosen, spread=spread), timestep=STEP)
-    scene = choose_ground(design, drawn, chosen)
+    scene = set_ground(design, drawn, chosen)
     with TwinRobot(design, scene, TwinOptions(seed=seed) if options is None else options) as robot:
         if prepare is not None:
             prepare(robot)
