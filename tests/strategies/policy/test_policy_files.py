@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 from spiraltrunk import cli
+from spiraltrunk.control.strategy import SCENE_FIELDS
 from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.strategies.action_policy import ActionPolicy
 from spiraltrunk.strategies.policy import policy_files
 from spiraltrunk.strategies.policy.description import PolicyDescription
 from spiraltrunk.strategies.policy.library import get_policy
@@ -190,3 +192,19 @@ def test_command_line_refuses_in_one_line(
     assert told.out == ""
     assert told.err.strip().count("\n") == 0
     assert "small.safetensors" in told.err
+
+
+def test_whatever_decides_on_the_scenes_is_taken_over(policy_file: Path) -> None:
+    """Descriptions of earlier versions do not state whether the orientation was chosen for the object."""
+
+    def leave_out(values: dict[str, Any]) -> dict[str, Any]:
+        return {key: value for key, value in values.items() if key != "has_fixed_orientation"}
+
+    change_text(policy_file, leave_out)
+    assert not get_policy(f"policy:{policy_file}").has_fixed_orientation
+    change_text(policy_file, lambda values: values | {"has_fixed_orientation": True, "orientation": "upright"})
+    strategy = get_policy(f"policy:{policy_file}")
+    copy = ActionPolicy(lambda seen: np.zeros(10), strategy)
+    for name in SCENE_FIELDS:
+        assert getattr(strategy, name) == getattr(copy, name) == getattr(load_policy(policy_file)[0], name)
+    assert copy.has_fixed_orientation

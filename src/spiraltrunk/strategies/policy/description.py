@@ -113,6 +113,8 @@ class PolicyDescription:
     """What supports its objects."""
     orientation: str = "lying"
     """Orientation of its objects."""
+    has_fixed_orientation: bool = False
+    """Whether that was chosen for the object at hand, as of `Strategy`."""
     holds: str = "trunk"
     """What holds the object."""
     needs_camera: bool = False
@@ -148,7 +150,8 @@ class PolicyDescription:
             ("holds", HOLDS),
         ):  # fmt: skip
             _check_choice(f"policy.{name}", getattr(self, name), known)
-        check_type("policy.needs_camera", self.needs_camera, bool)
+        for name in ("needs_camera", "has_fixed_orientation"):
+            check_type(f"policy.{name}", getattr(self, name), bool)
         check_count("policy.n_cable", self.n_cable, least=1, most=16)
         for name, above, most in (("period", 0.0, 10.0), ("smoothing", 0.0, 10.0), ("longest", 0.0, 290.0)):
             check_number(f"policy.{name}", getattr(self, name), above=above, most=most)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from spiraltrunk.control.encoding import action_names
-from spiraltrunk.control.strategy import Strategy
+from spiraltrunk.control.strategy import SCENE_FIELDS, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.files.results import read_versions
@@ -69,13 +69,9 @@ def clone_policy(
         n_cable=presets.PAPER.n_cable, latches=latches, period=timing.period, smoothing=timing.smoothing,
         ventral_lead=LEAD, widths=strategy.widths(presets.PAPER),
         provenance=_describe_provenance(shown, strategy, options),
-        **{key: getattr(strategy, key) for key in _TAKEN},
+        **{key: getattr(strategy, key) for key in SCENE_FIELDS},
     )  # fmt: skip
     return ClonedPolicy(description=description, networks=networks, clone=clone)
-
-
-_TAKEN = ("job", "support", "orientation", "holds", "needs_camera", "objects", "position", "push")
-"""What a policy takes over from the strategy that it clones."""
 
 
 def _describe_provenance(shown: Sequence[Episode], strategy: Strategy[Any], options: CloningOptions) -> dict[str, Any]:
