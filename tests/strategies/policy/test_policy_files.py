@@ -16,11 +16,11 @@ import pytest
 
 from spiraltrunk import cli
 from spiraltrunk.control.strategy import SCENE_FIELDS
-from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.errors import DesignError, SpiralTrunkError
 from spiraltrunk.strategies.action_policy import ActionPolicy
 from spiraltrunk.strategies.policy import policy_files
 from spiraltrunk.strategies.policy.description import PolicyDescription
-from spiraltrunk.strategies.policy.library import get_policy
+from spiraltrunk.strategies.policy.library import describe_policies, get_policy
 from spiraltrunk.strategies.policy.network import Network
 from spiraltrunk.strategies.policy.policy_files import compute_digest, load_policy, write_policy
 
@@ -208,3 +208,10 @@ def test_whatever_decides_on_the_scenes_is_taken_over(policy_file: Path) -> None
     for name in SCENE_FIELDS:
         assert getattr(strategy, name) == getattr(copy, name) == getattr(load_policy(policy_file)[0], name)
     assert copy.has_fixed_orientation
+
+
+def test_the_home_folder_of_an_unknown_user_is_refused() -> None:
+    name = "policy:~no-such-user/x.safetensors"
+    for call in (get_policy, lambda given: describe_policies((given,))):
+        with pytest.raises(DesignError, match="home folder of an unknown user"):
+            call(name)
