@@ -29,6 +29,14 @@ def height_of(target: Target) -> float:
     return target.length if is_upright(target) else target.width
 
 
+def cone_slope(target: Target) -> float:
+    """Angle from its axis by which the wall of a standing cone narrows upwards [rad]; 0 for another object.
+
+    A finger that presses on it with N lifts by N (mu cos a - sin a): by nothing where tan a is the friction or more.
+    """
+    return math.atan2(target.width / 2, target.length) if target.kind == "cone" and is_upright(target) else 0.0
+
+
 def widths_between(target: Target, low: float, high: float) -> tuple[float, float]:
     """Least and largest horizontal width of the part from ``low`` to ``high`` above the ground [m].
 

@@ -276,3 +276,10 @@ def test_an_object_that_is_already_down_is_lowered_in_one_period():
 def test_a_goal_without_lift_or_hold_is_refused(name, value):
     with pytest.raises(DesignError, match=rf"goal\.{name} is "):
         Goal(**{"aside": np.zeros(3), "place": np.zeros(3), name: value})
+
+
+def test_the_slope_of_a_cone_counts_where_it_stands():
+    """The wall of a lying cone narrows along the ground, as its assessment has it."""
+    lying = {"width": 0.03, "length": 0.06, "axis": (1.0, 0.0, 0.0)}
+    assert closing(_task(kind="cone", **lying)) == closing(_task(kind="cylinder", **lying))
+    assert closing(_task(kind="cone", length=0.06)) > closing(_task(kind="cylinder", length=0.06))

@@ -17,7 +17,7 @@ from spiraltrunk.strategies.fingertip.finger_model import closing_tension
 from spiraltrunk.strategies.fingertip.flip_grip import TURN, FlipGrip, find_flip
 from spiraltrunk.strategies.fingertip.plan import tip_height, without_handle
 from spiraltrunk.strategies.fingertip.tip_grip import Pinch
-from spiraltrunk.strategies.object_measures import height_of, is_upright, widths_between
+from spiraltrunk.strategies.object_measures import cone_slope, height_of, is_upright, widths_between
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
 
 RATE = 0.94
@@ -96,14 +96,6 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
 def held_width(gripper: GripperDesign) -> float:
     """Largest width of an object that the fingers hold [m]."""
     return min(HELD_OPENING * gripper.grasp_width, gripper.grasp_width - SPARE)
-
-
-def cone_slope(target: Target) -> float:
-    """Angle from its axis by which the wall of a standing cone narrows upwards [rad]; 0 for another object.
-
-    A finger that presses on it with N lifts by N (mu cos a - sin a): by nothing where tan a is the friction or more.
-    """
-    return math.atan2(target.width / 2, target.length) if target.kind == "cone" and is_upright(target) else 0.0
 
 
 def is_round(target: Target) -> bool:
