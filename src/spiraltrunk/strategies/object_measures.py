@@ -12,13 +12,17 @@ import numpy as np
 from spiraltrunk.control.messages import Target
 from spiraltrunk.design.rules import GRAVITY
 
-_UPRIGHT = 0.7
-"""Least vertical part of the axis of an object that stands [-]."""
+UPRIGHT = 0.7
+"""Least vertical part of the axis of an object that stands, and least cosine of the angle by which the axis of one that
+has not fallen over has turned [-] (ours): about 45 deg."""
+
+TOPPLED = math.radians(45.0)
+"""Tilt from which a standing object has toppled [rad] (ours): halfway between standing and lying."""
 
 
 def is_upright(target: Target) -> bool:
     """Whether the object's axis is nearer to the vertical than to the horizontal."""
-    return abs(float(target.axis[2])) > _UPRIGHT
+    return abs(float(target.axis[2])) > UPRIGHT
 
 
 def height_of(target: Target) -> float:

@@ -19,6 +19,7 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, base_position
+from spiraltrunk.strategies.object_measures import UPRIGHT, is_upright
 from spiraltrunk.strategies.policy.description import PolicyDescription
 from spiraltrunk.strategies.policy.network import Network, forward
 from spiraltrunk.strategies.policy.policy_strategy import describe_difference, take_over
@@ -109,11 +110,11 @@ def describe_scene(pose: ApproachPose, observation: Observation) -> np.ndarray:
     target, seen = task.target, seen_position(observation) - task.target.position
     axis = target.axis if observation.camera is None else observation.camera.axis
     turn = 2 * math.atan2(float(axis @ -pose.right), float(axis @ pose.way))
-    is_level = abs(float(axis[2])) < 0.7
+    is_level = abs(float(axis[2])) < UPRIGHT
     height = 2 * (float(target.position[2]) - (task.goal.ground or 0.0))
     distance = float(np.linalg.norm((task.goal.place - target.position)[:2]))
     return np.array([
-        target.kind == "sphere", target.kind == "box", abs(float(target.axis[2])) > 0.7, target.width, target.length,
+        target.kind == "sphere", target.kind == "box", is_upright(target), target.width, target.length,
         target.mass, height, distance, float(seen @ pose.way), float(seen @ pose.right),
         is_level * math.cos(turn), is_level * math.sin(turn),
     ], dtype=float)  # fmt: skip

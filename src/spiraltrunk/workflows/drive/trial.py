@@ -11,7 +11,7 @@ from typing import Any, final
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import RunLog, run
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.plant import CONTROL_PERIOD, Plant
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.toml import format_design
 from spiraltrunk.design.trunk import TrunkDesign
@@ -53,7 +53,7 @@ class DriveTrial:
 class _Kept(Plant):
     """Keeps what passes between plant and strategy, also of a run that a fault ends."""
 
-    control_period = 0.02
+    control_period = CONTROL_PERIOD
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant

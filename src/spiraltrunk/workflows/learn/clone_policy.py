@@ -14,15 +14,13 @@ from spiraltrunk.files.results import read_versions
 from spiraltrunk.strategies.policy.description import Layers, PolicyDescription
 from spiraltrunk.strategies.policy.memory import MODE, list_inputs
 from spiraltrunk.strategies.policy.network import Network
+from spiraltrunk.strategies.wrap.hung import LEAD
 from spiraltrunk.workflows.learn.cloning import Clone, CloningOptions, fit_clone
 from spiraltrunk.workflows.learn.episodes import Episode
 from spiraltrunk.workflows.learn.samples import Timing, list_stages, sample_episode
 
 LATCHES = ("put back", "rise on", "lift", "bring")
 """Actions of a hung wrap at whose start the load is remembered (ours): what was weighed decides what follows."""
-
-LEAD = 0.03
-"""Lead of one ventral cable before the other, over the stroke [-]: that of the demonstrated strategy, not learned."""
 
 
 @final
@@ -67,7 +65,8 @@ def clone_policy(
         control_mode=MODE.value, inputs=names, outputs=action_names(MODE, presets.PAPER), stages=stages,
         networks={key: Layers(sizes=network.sizes) for key, network in networks.items()},
         n_cable=presets.PAPER.n_cable, latches=latches, period=timing.period, smoothing=timing.smoothing,
-        ventral_lead=LEAD, widths=strategy.widths(presets.PAPER),
+        ventral_lead=LEAD,  # As demonstrated: it is not learned.
+        widths=strategy.widths(presets.PAPER),
         provenance=_describe_provenance(shown, strategy, options),
         **{key: getattr(strategy, key) for key in SCENE_FIELDS},
     )  # fmt: skip
