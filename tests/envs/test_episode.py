@@ -1,13 +1,18 @@
 """Rewards, ends and control modes."""
 
+from dataclasses import replace
+
 import gymnasium
 import numpy as np
 import pytest
 
 import spiraltrunk.envs  # noqa: F401
-from spiraltrunk.control.encoding import ControlMode, action_size
+from spiraltrunk.control.encoding import ControlMode, action_size, decode_joints
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
+from spiraltrunk.envs.evaluator import QUIET
 from spiraltrunk.envs.rewards import PROGRESS
+from spiraltrunk.workflows.demos.recording.frames import encode_frames
 from spiraltrunk.workflows.grasp.verdict.arm_conditions import arm_conditions
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.moments import Moments
@@ -123,3 +128,26 @@ def test_a_delta_moves_the_base_at_its_speed():
     moved = env.setpoint.command.T_world_base[:3, 3] - start
     assert moved[1] == pytest.approx(0.2 * 0.6 * 1.0, rel=0.06)  # Less the way of the acceleration.
     assert abs(moved[[0, 2]]).max() < 1e-9
+
+
+@pytest.mark.parametrize("control_hz", [50.0, 25.0, 10.0, 5.0])
+def test_the_end_of_a_job_is_seen_once_at_every_control_rate(control_hz, monkeypatch):
+    env = make(stage="ground", randomization="none", control_hz=control_hz, ends=False)
+    env.reset(seed=0)
+    evaluator = env._episode._evaluator
+    evaluator.referee.reached[Milestone.RELEASED] = 0.0  # The object rests untouched from here on.
+    verdict = replace(evaluator.verdict(), success=True)
+    monkeypatch.setattr(type(evaluator), "verdict", lambda self: verdict)
+    wins = [env.step(np.zeros(10))[4]["is_success"] for _ in range(round(2.0 * control_hz))]
+    assert evaluator.quiet > QUIET
+    assert wins.count(True) == 1
+
+
+def test_recorded_joint_actions_lead_to_the_same_positions_in_the_environment():
+    env = make(control_mode="joint-tension")
+    env.reset(seed=0)
+    seen, reach = env.observation, env.plant.reach
+    positions = list(np.random.default_rng(0).uniform(reach.home - 0.3, reach.home + 0.3, (5, reach.home.size)))
+    frames = encode_frames([seen] * 6, [env.setpoint.command] * 5, positions, mode=ControlMode.JOINT_TENSION)
+    for action, position in zip(frames.action, positions, strict=True):
+        np.testing.assert_allclose(decode_joints(action, env._rules.arm), position, atol=1e-6)

@@ -9,6 +9,8 @@ from xml.etree import ElementTree as ET
 import mujoco
 import numpy as np
 import pytest
+import trimesh
+from PIL import Image
 
 from spiraltrunk.design import ArmDesign, presets
 from spiraltrunk.model import statics
@@ -164,3 +166,43 @@ def test_one_format_alone_writes_no_other(tmp_path):
     written = write_models(small, tmp_path, ("urdf",))
     assert sorted(path.suffix for path in written if path.suffix != ".stl") == [".urdf", ".urdf"]
     assert all(tmp_path in path.parents for path in written)
+
+
+def test_an_arm_of_a_users_meshes_is_written_with_them(tmp_path):
+    (tmp_path / "own").mkdir()
+    trimesh.creation.box((0.05, 0.05, 0.2)).export(tmp_path / "own" / "link.stl")
+    trimesh.creation.box((0.08, 0.08, 0.4)).export(tmp_path / "own" / "cover.obj")
+    Image.new("RGB", (8, 8), (200, 10, 10)).save(tmp_path / "own" / "skin.png")
+    (tmp_path / "arm.xml").write_text("""
+        <mujoco>
+          <compiler meshdir="own" texturedir="own"/>
+          <asset>
+            <mesh file="link.stl"/>
+            <mesh file="cover.obj" scale="0.5 0.5 0.5"/>
+            <texture name="skin" type="2d" file="skin.png"/>
+            <material name="skin" texture="skin"/>
+          </asset>
+          <worldbody>
+            <body name="one" pos="0 0 0.3">
+              <joint name="turn" axis="0 1 0" range="-1 1"/>
+              <geom type="mesh" mesh="link" material="skin"/>
+              <geom type="mesh" mesh="cover"/>
+              <site name="end" pos="0 0 0.1"/>
+            </body>
+          </worldbody>
+          <actuator><position joint="turn" kp="100" ctrlrange="-1 1"/></actuator>
+        </mujoco>""")
+    design = replace(presets.PAPER, arm=ArmDesign(model=str(tmp_path / "arm.xml"), mount_site="end", home=(0.1,)))
+    write_models(design, tmp_path / "out", ("mjcf", "urdf"))
+    own, arm = arm_spec(design.arm).compile(), tmp_path / "arm.xml"
+    shutil.rmtree(tmp_path / "own")
+    arm.unlink()
+    shutil.move(tmp_path / "out", tmp_path / "moved")
+    for name, prefix, n_texture in (("hybrid.xml", "arm/", 1), ("hybrid.urdf", "", 0)):
+        model = mujoco.MjModel.from_xml_path(str(tmp_path / "moved" / name))
+        assert model.ntex == n_texture
+        assert model.body_mass.sum() == pytest.approx(own.body_mass.sum() + expected_mass(design), rel=2e-6)
+        for mesh in ("link", "cover") if prefix else ("0_arm_link", "1_arm_cover"):
+            index = model.mesh(f"{prefix}{mesh}").id
+            first, count = model.mesh_vertadr[index], model.mesh_vertnum[index]
+            np.testing.assert_allclose(np.ptp(model.mesh_vert[first : first + count], axis=0).max(), 0.2, rtol=1e-5)

@@ -11,6 +11,8 @@ from spiraltrunk.control.plant import CONTROL_PERIOD, TENSION_SLEW
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import RunError
 from spiraltrunk.sim import SimPlant
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.sensors import SensorOptions
 
 
 def _still(plant, seconds, seen=None, **changes):
@@ -164,3 +166,22 @@ def test_the_object_hangs_still_on_its_strings(plant):
     assert sample.grip_force == 0.0
     assert not sample.touches_table
     assert not sample.touches_robot
+
+
+def test_nothing_of_a_command_takes_effect_before_the_delay():
+    """Cables and fingers stay slack, whatever bounds and gripper the first command has."""
+    late = SceneOptions(sensors=SensorOptions(delay=3 * CONTROL_PERIOD))
+    plant, still = SimPlant(options=late), SimPlant(options=late)
+    seen = plant.reset()
+    still.reset()
+    pulled = Command(
+        T_world_base=seen.T_world_base, cable_tension=np.full(3, 5.0), cable_pull=np.full(3, -0.05), gripper=1.0
+    )
+    slack = Command(T_world_base=seen.T_world_base, cable_tension=np.zeros(3))
+    for _ in range(3):
+        plant.step(pulled)
+        still.step(slack)
+        np.testing.assert_array_equal(plant.trace[-1].qpos, still.trace[-1].qpos)
+    plant.step(pulled)
+    still.step(slack)
+    assert not np.array_equal(plant.trace[-1].qpos, still.trace[-1].qpos)

@@ -13,6 +13,8 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, RunError, UnknownName
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec, build_model, parse_object, trunk_spec
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
+from spiraltrunk.sim.relaxation.relax import RelaxationOptions
+from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.workflows.grasp.trial import run_trial
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
@@ -35,6 +37,13 @@ REFUSED = {
     "trial of no spread": (lambda: run_trial(PAPER, OBJECT, spread=0.1), "spread is 0.1; allowed: Spread"),
     "trial of no strategy": (lambda: run_trial(PAPER, OBJECT, strategy=1), "strategy is 1; .*strategies.get"),
     "scene of no strategy": (lambda: draw_scene(OBJECT, 0, strategy="pinch"), "strategy is 'pinch'; .*strategies.get"),
+    "sensors of no delay": (lambda: SensorOptions(delay=math.nan), "sensors.delay is nan"),
+    "sensors of negative noise": (lambda: SensorOptions(pull_noise=-1e-3), "sensors.pull_noise is -0.001"),
+    "trunk of no stiffness": (lambda: TrunkOptions(stiffness_factor=0.0), "trunk.stiffness_factor is 0"),
+    "trunk of an infinite gain": (lambda: TrunkOptions(cable_gain=math.inf), "trunk.cable_gain is inf"),
+    "winders that stand still": (lambda: RelaxationOptions(pull_speed=0.0), "relaxation.pull_speed is 0"),
+    "tensions of no rate": (lambda: RelaxationOptions(tension_speed=math.nan), "relaxation.tension_speed is nan"),
+    "rest at no speed": (lambda: RelaxationOptions(still=0.0), "relaxation.still is 0"),
     "run without a plant": (lambda: run(None, strategies.get("pinch")), "plant is None; allowed: a Plant"),
     "run of a class": (lambda: run(SimPlant, strategies.get("pinch")), "plant is <class.*allowed: a Plant"),
     "run of a name": (lambda: run(SimPlant(), "pinch"), "strategy is 'pinch'; allowed: a Strategy.*strategies.get"),

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.checks import check_number
 from spiraltrunk.control.object_handle import Handle
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.design.trunk import TrunkDesign
@@ -62,6 +63,10 @@ class Goal:
     """Largest distance from the final position [m]."""
     ground: float | None = None
     """Height of the ground under the object [m]; None if it hangs."""
+
+    def __post_init__(self) -> None:
+        check_number("goal.lift", self.lift, above=0.0)
+        check_number("goal.hold", self.hold, above=0.0)
 
 
 @explain_fields

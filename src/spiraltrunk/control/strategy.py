@@ -16,6 +16,11 @@ from spiraltrunk.field_docs import explain_fields
 
 State = TypeVar("State")
 
+SCENE_FIELDS = (
+    "job", "support", "orientation", "has_fixed_orientation", "holds", "needs_camera", "objects", "position", "push",
+)  # fmt: skip
+"""Attributes of a strategy on which its scenes and its verdict depend: what stands in for it takes them over."""
+
 
 @final
 class Milestone(Enum):

@@ -99,7 +99,7 @@ class Episode:
         """
         if self._is_over:
             raise RunError("the episode has ended; allowed: reset, then step")
-        plant, evaluator, fault = self.plant, self._evaluator, ""
+        plant, evaluator, fault, has_ended = self.plant, self._evaluator, "", False
         for period in range(self._rules.periods):
             try:
                 self.observation = self._step_plant(action, command, period)
@@ -110,8 +110,9 @@ class Episode:
                 break
             evaluator.update(plant.trace[-1])
             fault = fault or evaluator.find_fault(plant.trace[-1])
+            has_ended = has_ended or evaluator.has_ended()  # In one control period of a rest.
         self._steps += 1
-        return self._finish(fault)
+        return self._finish(fault, has_ended)
 
     def encode_command(self, command: Command) -> EncodedAction:
         """The action whose next command is the given one, and what it leaves out."""
@@ -162,11 +163,11 @@ class Episode:
         self.setpoint = restart_setpoint(replace(wanted, T_world_base=plant.reach.T_base(joints)))
         return plant.step_joints(joints, self.setpoint.command)
 
-    def _finish(self, fault: str) -> Outcome:
-        """Reward, end and info of a step."""
+    def _finish(self, fault: str, has_ended: bool) -> Outcome:
+        """Reward, end and info of a step, in which the job may have ended."""
         evaluator, rules = self._evaluator, self._rules
         is_late = self._steps >= rules.most_steps
-        verdict = evaluator.verdict() if (evaluator.has_ended() or is_late) and not fault else None
+        verdict = evaluator.verdict() if (has_ended or is_late) and not fault else None
         is_success = verdict is not None and verdict.success
         is_terminated = rules.ends and (bool(fault) or is_success)
         terms = evaluator.measure()

@@ -49,7 +49,10 @@ class EpisodeEvaluator:
         self.quiet = self.quiet + 1 if is_quiet else 0
 
     def has_ended(self) -> bool:
-        """Whether the job has ended, so that the verdict is final: the object rests where it was brought."""
+        """Whether the job ended in this control period, the object at rest, so that the verdict is final.
+
+        True once in a rest.
+        """
         if self.quiet != QUIET:
             return False
         if self._job != "kick":

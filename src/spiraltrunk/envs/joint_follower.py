@@ -6,29 +6,15 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.encoding import ArmJoints, next_velocity
+from spiraltrunk.control.encoding import next_velocity
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.sim.robot.arm_ik import SPEED_SHARE, ArmReach
-
-RANGE = np.pi
-"""Largest position of a joint without a range [rad] (ours)."""
-
-RANGE_MARGIN = 0.02
-"""Distance from the ends of a joint's range that actions keep [rad] (ours)."""
 
 SPEED, ACCELERATION = 2.0, 5.0
 """Speed [rad/s] and acceleration [rad/s^2] of a joint without a limit (ours)."""
 
 ACCELERATION_SHARE = 0.5
 """Share of the joints' largest acceleration that is used [-] (ours)."""
-
-
-def read_arm_joints(reach: ArmReach) -> ArmJoints:
-    """Joints of an arm, with the ranges that actions span."""
-    shape, limits = reach.home.shape, reach.limits.position
-    low, high = (np.full(shape, -RANGE), np.full(shape, RANGE)) if limits is None else limits
-    low, high = np.where(np.isfinite(low), low, -RANGE), np.where(np.isfinite(high), high, RANGE)
-    return ArmJoints(low=low + RANGE_MARGIN, high=high - RANGE_MARGIN, T_base=reach.T_base)
 
 
 @final

@@ -8,13 +8,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from spiraltrunk.errors import DesignError, UnknownName
-from spiraltrunk.sim.sensors import SensorOptions
-from spiraltrunk.workflows.grasp.world import Spread
-
-NONE = Spread(
-    position=0.0, yaw=0.0, size=0.0, mass=0.0, friction=(0.8, 0.8), stiffness=0.0, sensors=SensorOptions()
-)  # fmt: skip
-"""Everything as announced, sensors without error."""
+from spiraltrunk.workflows.grasp.world import AS_ANNOUNCED, Spread
 
 DEFAULT = Spread()
 """The ranges of the survey."""
@@ -41,14 +35,14 @@ def parse_randomization(value: Randomization) -> Spread:
     if isinstance(value, Spread):
         return value
     if isinstance(value, str) and value in ("none", "default"):
-        return NONE if value == "none" else DEFAULT
+        return AS_ANNOUNCED if value == "none" else DEFAULT
     if isinstance(value, Mapping):
         ranges: dict[str, Any] = {_check_factor(name): _as_range(name, given) for name, given in value.items()}
-        return replace(NONE, **ranges)
+        return replace(AS_ANNOUNCED, **ranges)
     names = (value,) if isinstance(value, str) else value
     if not isinstance(names, Sequence):
         raise DesignError("randomization", got=value, allowed=f"none, default, or of {', '.join(FACTORS)}")
-    return replace(NONE, **{_check_factor(name): getattr(DEFAULT, name) for name in names})
+    return replace(AS_ANNOUNCED, **{_check_factor(name): getattr(DEFAULT, name) for name in names})
 
 
 def _check_factor(name: object) -> str:
@@ -60,7 +54,7 @@ def _check_factor(name: object) -> str:
 def _as_range(name: str, given: object) -> object:
     """The value of a factor; lists, as JSON has them, are tuples."""
     if name == "sensors" and isinstance(given, bool):
-        return DEFAULT.sensors if given else NONE.sensors
+        return DEFAULT.sensors if given else AS_ANNOUNCED.sensors
     return tuple(given) if isinstance(given, list) else given
 
 

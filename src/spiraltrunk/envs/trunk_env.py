@@ -11,6 +11,7 @@ import numpy as np
 
 from spiraltrunk.checks import check_number, check_type
 from spiraltrunk.control.encoding import (
+    ControlMode,
     EncodedAction,
     Setpoint,
     encode_agent,
@@ -25,7 +26,6 @@ from spiraltrunk.design.toml import load_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.envs.env_state import EnvState, check_state
 from spiraltrunk.envs.episode import Episode, EpisodeRules
-from spiraltrunk.envs.joint_follower import read_arm_joints
 from spiraltrunk.envs.observing.privileged import encode_privileged
 from spiraltrunk.envs.observing.spaces import (
     build_action_space,
@@ -50,6 +50,7 @@ from spiraltrunk.sim.mujoco_log import quiet_steps
 from spiraltrunk.sim.photographer import Photographer, check_cameras
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.robot.arm_joints import build_arm_joints
 from spiraltrunk.sim.scene.options import TIMESTEP, check_timestep
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
@@ -146,12 +147,8 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
             check_type(name, value, bool)
         check_type("camera", camera, (bool, NoneType))
         self._has_camera, self._timestep = camera, timestep
-        self._is_privileged, self._cameras, self._has_shadows = privileged, read_cameras(cameras), shadows
-        self._size = read_size(picture_size)
-        check_cameras(self._cameras, self._size)
-        if render_mode is not None:
-            check_name("render mode", render_mode, self.metadata["render_modes"])
-        self.render_mode = render_mode
+        self._is_privileged, self._has_shadows = privileged, shadows
+        self._set_pictures(cameras, picture_size, render_mode)
         self.metadata = {**self.metadata, "render_fps": round(1 / (CONTROL_PERIOD * periods))}
         self._max_episode_steps = max(1, round(episode_s / (CONTROL_PERIOD * periods)))
         self._arguments = {
@@ -161,17 +158,29 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         }  # fmt: skip
         reach = ArmReach(self.design)
         self._rules = EpisodeRules(
-            job=job, mode=mode, arm=read_arm_joints(reach), periods=periods, most_steps=self._max_episode_steps,
+            job=job, mode=mode, arm=build_arm_joints(reach), periods=periods, most_steps=self._max_episode_steps,
             is_dense=check_name("reward mode", reward_mode, REWARDS) == "dense", ends=ends,
         )  # fmt: skip
-        self.action_space = build_action_space(mode, self.design, reach.home.size)
-        self.observation_space = build_observation_space(
-            self.design, reach.home.size, is_privileged=self._is_privileged, cameras=self._cameras, size=self._size
-        )
+        self._set_spaces(mode, reach.home.size)
         self._world: World | None = None
         self._plant: SimPlant | None = None
         self._episode: Episode | None = None
         self._photographers: dict[tuple[int, int], Photographer] = {}
+
+    def _set_pictures(self, cameras: str | Sequence[str], size: Sequence[int], render_mode: str | None) -> None:
+        """Check and keep what is observed in pictures and what `render` returns."""
+        self._cameras, self._size = read_cameras(cameras), read_size(size)
+        check_cameras(self._cameras, self._size)
+        if render_mode is not None:
+            check_name("render mode", render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+
+    def _set_spaces(self, mode: ControlMode, n_arm: int) -> None:
+        """Spaces of actions and observations, for an arm of ``n_arm`` joints."""
+        self.action_space = build_action_space(mode, self.design, n_arm)
+        self.observation_space = build_observation_space(
+            self.design, n_arm, is_privileged=self._is_privileged, cameras=self._cameras, size=self._size
+        )
 
     @property
     def plant(self) -> SimPlant:

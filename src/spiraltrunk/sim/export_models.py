@@ -26,7 +26,7 @@ N_SIDES = 12
 """Sides of the polygon that represents a joint's limit [-]; its corners lie outside by 3.5 %."""
 
 ASSETS = "assets"
-"""Name of the folder of the meshes, beside the models."""
+"""Name of the folder of meshes and textures, beside the models."""
 
 KINDS = ("trunk", "hybrid")
 """Models: the trunk alone, hanging; the trunk on its arm."""
@@ -58,7 +58,7 @@ def build_file_spec(design: TrunkDesign, kind: str) -> mujoco.MjSpec:
 
 
 def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) -> list[Path]:
-    """Write trunk and hybrid as MJCF and URDF, with their meshes, and return the paths.
+    """Write trunk and hybrid as MJCF and URDF, with their meshes and textures, and return the paths.
 
     Raises:
         DesignError: for an arm that cannot be read, or that URDF cannot represent.
@@ -68,13 +68,13 @@ def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) ->
     written: list[Path] = []
     for kind in KINDS:
         spec = build_file_spec(design, kind)
-        written += _write_meshes(spec, folder / ASSETS)
+        written += _write_assets(spec, folder / ASSETS)
         model = compile_spec(spec)
         if "mjcf" in formats:
             _add_keyframe(spec, model, design, kind)
             compile_spec(spec)
             path = folder / f"{kind}.xml"
-            path.write_text(re.sub(r'file="[^"]*/([^"/]+)"', rf'file="{ASSETS}/\1"', spec.to_xml()))
+            path.write_text(re.sub(r'(file\w*)="[^"]*/([^"/]+)"', rf'\1="{ASSETS}/\2"', spec.to_xml()))
             written.append(path)
         if "urdf" in formats:
             path = folder / f"{kind}.urdf"
@@ -115,18 +115,38 @@ def _add_keyframe(spec: mujoco.MjSpec, model: mujoco.MjModel, design: TrunkDesig
     spec.add_key(name="home", qpos=qpos, ctrl=ctrl)
 
 
-def _write_meshes(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
-    """Write every mesh to a file beside the models, to which the spec then refers."""
+def _write_assets(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
+    """Write every mesh, and every other file of a user's arm, beside the models; the spec then refers to these."""
     folder.mkdir(exist_ok=True)
-    written = []
-    for mesh in spec.meshes:
-        name = f"{mesh.name.replace('/', '_')}.stl"
-        path = folder / name
-        if mesh.file:
-            shutil.copyfile(mesh.file, path)
-        else:
-            convex_hull(np.array(mesh.uservert, float).reshape(-1, 3)).export(path, file_type="stl")
-            mesh.uservert = np.zeros(0)
-        mesh.file = str(path)
-        written.append(path)
+    written = [_write_mesh(spec, mesh, folder) for mesh in spec.meshes]
+    for item in (*spec.textures, *spec.hfields):
+        if item.file:
+            written.append(_write_file(spec, item.file, folder))
+            item.file = str(written[-1])
+    for texture in spec.textures:
+        for side, file in enumerate(texture.cubefiles):
+            if file:
+                written.append(_write_file(spec, file, folder))
+                texture.cubefiles[side] = str(written[-1])
     return written
+
+
+def _write_mesh(spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, folder: Path) -> Path:
+    """Write a mesh: the file that it is from, or the hull of its vertices."""
+    path = folder / f"{mesh.name.replace('/', '_')}.stl"
+    if mesh.file in spec.assets:
+        path = _write_file(spec, mesh.file, folder)
+    elif mesh.file:
+        shutil.copyfile(mesh.file, path)
+    else:
+        convex_hull(np.array(mesh.uservert, float).reshape(-1, 3)).export(path, file_type="stl")
+        mesh.uservert = np.zeros(0)
+    mesh.file = str(path)
+    return path
+
+
+def _write_file(spec: mujoco.MjSpec, file: str, folder: Path) -> Path:
+    """Write a file that a user's MJCF names, whose content the spec holds."""
+    path = folder / file.replace("/", "_")
+    path.write_bytes(spec.assets[file])
+    return path

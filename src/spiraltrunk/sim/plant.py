@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from copy import deepcopy
-from dataclasses import replace
 from typing import final
 
 import mujoco
@@ -153,7 +152,8 @@ class SimPlant(SimMachine, Plant):
         self._pending.append((_copy(command) if late else command, position))  # Callers may reuse their arrays.
         if len(self._pending) <= late:
             frame = self.reach.T_base(self._arm_command)
-            return replace(command, T_world_base=frame, cable_tension=self._tension_limit), None
+            held = Command(T_world_base=frame, cable_tension=self._tension_limit, gripper=self._grip)
+            return held, None
         return self._pending.popleft()
 
     def _pull(self, command: Command) -> None:

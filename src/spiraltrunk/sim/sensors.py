@@ -8,12 +8,16 @@ from typing import final
 import mujoco
 import numpy as np
 
+from spiraltrunk.checks import check_number
 from spiraltrunk.control.messages import CameraObservation
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.plant_state import SensorState
 
 CAMERA_PERIOD = 0.5
 """Period of the camera's observations [s] (ours)."""
+
+DELAY_MOST = 10.0
+"""Largest delay of the commands [s] (ours)."""
 
 _JITTER = 0.3
 """Share of the camera's error that varies between observations; the rest is constant in a trial [-] (ours)."""
@@ -43,6 +47,11 @@ class SensorOptions:
     """Largest error of the observed yaw [rad]."""
     seed: int = 0
     """Seed of the random errors."""
+
+    def __post_init__(self) -> None:
+        for name in ("pull_noise", "tension_noise", "tension_share", "torque_noise", "camera_error", "camera_turn"):
+            check_number(f"sensors.{name}", getattr(self, name), least=0.0)
+        check_number("sensors.delay", self.delay, least=0.0, most=DELAY_MOST)
 
 
 @final

@@ -112,7 +112,10 @@ def _add_geom(link: ET.Element, model: mujoco.MjModel, g: int, meshes: Mapping[s
         # The compiler moves a mesh to its own centre and axes; the file still has the old ones.
         turn = turn * _rotation(model.mesh_quat[mesh]).inv()
         pos = pos - turn.apply(model.mesh_pos[mesh])
-        shapes.append(("mesh", {"filename": meshes[model.mesh(mesh).name]}, middle))
+        attributes = {"filename": meshes[model.mesh(mesh).name]}
+        if (scale := model.mesh_scale[mesh]).tolist() != [1.0, 1.0, 1.0]:
+            attributes["scale"] = _format(scale)
+        shapes.append(("mesh", attributes, middle))
     if kind in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
         shapes.append(("cylinder", {"radius": radius, "length": length}, middle))
     if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:

@@ -21,7 +21,7 @@ from spiraltrunk.control.encoding import (
 )
 from spiraltrunk.control.loop import LONGEST
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import SCENE_FIELDS, Status, Strategy
 from spiraltrunk.errors import DesignError
 
 Policy = Callable[[Mapping[str, np.ndarray]], np.ndarray]
@@ -80,7 +80,7 @@ class ActionPolicy(Strategy[ActionState]):
             raise DesignError("control_mode", got=self._mode.value, allowed="a mode that sets the base")
         check_number("duration", duration, above=0.0, below=LONGEST)
         self._periods, self._duration = read_periods(control_hz), duration
-        for each in ("support", "orientation", "needs_camera", "holds", "job", "objects", "position", "push"):
+        for each in SCENE_FIELDS:
             setattr(self, each, getattr(scene, each))
         self._scene = scene
 

@@ -12,13 +12,17 @@ import numpy as np
 from spiraltrunk.control.messages import Target
 from spiraltrunk.design.rules import GRAVITY
 
-_UPRIGHT = 0.7
-"""Least vertical part of the axis of an object that stands [-]."""
+UPRIGHT = 0.7
+"""Least vertical part of the axis of an object that stands, and least cosine of the angle by which the axis of one that
+has not fallen over has turned [-] (ours): about 45 deg."""
+
+TOPPLED = math.radians(45.0)
+"""Tilt from which a standing object has toppled [rad] (ours): halfway between standing and lying."""
 
 
 def is_upright(target: Target) -> bool:
     """Whether the object's axis is nearer to the vertical than to the horizontal."""
-    return abs(float(target.axis[2])) > _UPRIGHT
+    return abs(float(target.axis[2])) > UPRIGHT
 
 
 def height_of(target: Target) -> float:
@@ -27,6 +31,14 @@ def height_of(target: Target) -> float:
     if profile is not None:
         return profile.total_height
     return target.length if is_upright(target) else target.width
+
+
+def cone_slope(target: Target) -> float:
+    """Angle from its axis by which the wall of a standing cone narrows upwards [rad]; 0 for another object.
+
+    A finger that presses on it with N lifts by N (mu cos a - sin a): by nothing where tan a is the friction or more.
+    """
+    return math.atan2(target.width / 2, target.length) if target.kind == "cone" and is_upright(target) else 0.0
 
 
 def widths_between(target: Target, low: float, high: float) -> tuple[float, float]:

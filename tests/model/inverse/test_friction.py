@@ -206,3 +206,17 @@ def test_shapes_and_solutions_are_printed_in_a_line() -> None:
     assert len(repr(shape)) < 240
     assert len(repr(solution)) < 240
     assert "by" in repr(solution.path)
+
+
+def test_a_whole_shape_and_a_curl_refuse_friction_and_say_how_to_neglect_it():
+    rough = replace(PAPER, cable=replace(PAPER.cable, friction=0.2))
+    calls = {
+        "follow": lambda design, **given: inverse.follow(design, statics.solve(PAPER).points, **given),
+        "curl": lambda design, **given: inverse.curl(design, [-0.06, -0.33, 0.0], 0.05, **given),
+    }
+    for name, call in calls.items():
+        with pytest.raises(ModelError, match=rf"friction is 0\.2; allowed in {name}: 0"):
+            call(rough)
+        with pytest.raises(ModelError, match=r"friction is 0\.1; allowed"):
+            call(PAPER, friction=0.1)
+        np.testing.assert_array_equal(call(rough, friction=0.0).tension, call(PAPER).tension)

@@ -221,3 +221,11 @@ def test_a_circle_far_away_is_out_of_reach_by_no_less_than_the_trunk_is_short() 
 @pytest.mark.parametrize("theta_0", [1e6, -1e6])
 def test_the_largest_turn_that_is_allowed_is_taken(theta_0):
     assert inverse.solve(presets.PAPER, [0.1, -0.4, 0.1], theta_0=theta_0).advice
+
+
+def test_each_circle_of_a_batch_is_curled_round_as_it_is_alone():
+    widths = np.array([0.04, 0.12])
+    batch = inverse.curl(presets.PAPER, [-0.06, -0.3, 0.0], widths)
+    for i, width in enumerate(widths):
+        alone = inverse.curl(presets.PAPER, [-0.06, -0.3, 0.0], width)
+        np.testing.assert_array_equal(batch.tension[i], alone.tension)

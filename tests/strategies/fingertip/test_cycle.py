@@ -15,9 +15,10 @@ from spiraltrunk.control.messages import CameraObservation, Goal, Observation, T
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.errors import ModelError
+from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.strategies.fingertip import plan
 from spiraltrunk.strategies.fingertip.cycle import FIRMER, TIGHTEN
+from spiraltrunk.strategies.fingertip.moves import put
 from spiraltrunk.strategies.fingertip.plan import closing, opening, tip_height, turned_across
 from spiraltrunk.strategies.moves import PHASES
 
@@ -249,3 +250,36 @@ def test_fingers_press_on_a_slope_as_hard_as_it_takes_and_at_most_as_they_can(mo
     angle = math.atan2(0.006, 0.04)
     share = (0.8 / 3.0) / (0.8 / 3.0 * math.cos(angle) - math.sin(angle))
     assert (slim - bare) / (upright - bare) == pytest.approx(share)
+
+
+def test_a_flip_that_the_cables_cannot_make_is_refused_before_anything_moves():
+    weak = dataclasses.replace(PAPER, cable=dataclasses.replace(PAPER.cable, tension_max=2.0))
+    start = Hand(_task(design=weak)).reset()
+    strategies.get("tip-grip").init(start)
+    with pytest.raises(ModelError, match=r"the tip turns by .* deg at 2 N"):
+        strategies.get("flip-grip").init(start)
+
+
+def test_an_object_that_is_already_down_is_lowered_in_one_period():
+    """A move of no duration has no fraction."""
+    hand = Hand(_task())
+    seen = hand.reset()
+    base = np.array([0.45, 0.10, 1.2])
+    held = dataclasses.replace(strategies.get("tip-grip").init(seen).sequence.moves[-1], position=base)
+    moves = put(held, seen, base, -0.5)
+    assert [move.action for move in moves] == ["bring", "lower", "open", "leave", "rest"]
+    assert min(move.duration for move in moves) >= DT
+
+
+@pytest.mark.parametrize("name", ["lift", "hold"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, "1"])
+def test_a_goal_without_lift_or_hold_is_refused(name, value):
+    with pytest.raises(DesignError, match=rf"goal\.{name} is "):
+        Goal(**{"aside": np.zeros(3), "place": np.zeros(3), name: value})
+
+
+def test_the_slope_of_a_cone_counts_where_it_stands():
+    """The wall of a lying cone narrows along the ground, as its assessment has it."""
+    lying = {"width": 0.03, "length": 0.06, "axis": (1.0, 0.0, 0.0)}
+    assert closing(_task(kind="cone", **lying)) == closing(_task(kind="cylinder", **lying))
+    assert closing(_task(kind="cone", length=0.06)) > closing(_task(kind="cylinder", length=0.06))

@@ -23,7 +23,6 @@ from spiraltrunk.strategies.fingertip.plan import (
     SIZE_ERROR,
     closing,
     find_seen_task,
-    gripped_width,
     gripping_base,
     is_wide,
     opening,
@@ -31,6 +30,7 @@ from spiraltrunk.strategies.fingertip.plan import (
     side_share,
     tip_height,
     turned_across,
+    upper_width,
 )
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
 
@@ -162,7 +162,7 @@ def _profiled(shape, axis, orientation):
 def test_a_bottle_is_gripped_at_its_neck():
     """Its body of 90 mm is wider than the fingers enclose; its neck, on the top 84 mm of it, is 30 mm."""
     task = _profiled("bottle:diameter_mm=90,height_mm=280,neck_mm=30,mass_g=300", UP, "upright")
-    assert gripped_width(task) == pytest.approx(0.030, rel=0.02)
+    assert upper_width(task) == pytest.approx(0.030, rel=0.02)
     assert tip_height(task) > GROUND + 0.28
     blind = dataclasses.replace(task, target=dataclasses.replace(task.target, profile=None))
     with pytest.raises(ModelError, match="do not open round 90 mm"):
@@ -172,7 +172,7 @@ def test_a_bottle_is_gripped_at_its_neck():
 def test_a_lying_box_is_as_wide_as_it_is_across_and_not_as_it_is_high():
     task = _profiled("box:x_mm=140,y_mm=40,z_mm=66,mass_g=100", LEVEL, "lying")
     assert task.target.width == pytest.approx(0.066)
-    assert gripped_width(task) == pytest.approx(0.040, rel=1e-6)
+    assert upper_width(task) == pytest.approx(0.040, rel=1e-6)
     assert is_wide(task)
     assert tip_height(task) > GROUND + 0.066
 

@@ -15,10 +15,12 @@ import numpy as np
 import pytest
 
 from spiraltrunk import cli
-from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.control.strategy import SCENE_FIELDS
+from spiraltrunk.errors import DesignError, SpiralTrunkError
+from spiraltrunk.strategies.action_policy import ActionPolicy
 from spiraltrunk.strategies.policy import policy_files
 from spiraltrunk.strategies.policy.description import PolicyDescription
-from spiraltrunk.strategies.policy.library import get_policy
+from spiraltrunk.strategies.policy.library import describe_policies, get_policy
 from spiraltrunk.strategies.policy.network import Network
 from spiraltrunk.strategies.policy.policy_files import compute_digest, load_policy, write_policy
 
@@ -146,7 +148,15 @@ def test_pipe_is_not_waited_for(policy_file: Path) -> None:
         (lambda values: values | {"latches": ["none"]}, "latches"),
         (lambda values: values | {"job": "cook"}, "kick"),
         (lambda values: values | {"objects": []}, "objects"),
+        (lambda values: values | {"objects": "ab"}, "policy.objects is 'ab'; allowed: tuple"),
+        (lambda values: values | {"latches": "keep"}, "policy.latches is 'keep'; allowed: tuple"),
+        (lambda values: values | {"stages": [{"name": "a", "phase": "reach", "after": "a"}]}, "policy.stages.after"),
         (lambda values: values | {"widths": [0.1]}, "two numbers"),
+        (lambda values: values | {"push": 0.1}, "two numbers"),
+        (lambda values: values | {"position": []}, "two numbers"),
+        (lambda values: values | {"position": ""}, "two numbers"),
+        (lambda values: values | {"position": 0}, "two numbers"),
+        (lambda values: values | {"position": False}, "two numbers"),
         (lambda values: values | {"longest": 1e9}, "longest"),
         (lambda values: {}, "spiraltrunk policy 1"),
     ],
@@ -190,3 +200,26 @@ def test_command_line_refuses_in_one_line(
     assert told.out == ""
     assert told.err.strip().count("\n") == 0
     assert "small.safetensors" in told.err
+
+
+def test_whatever_decides_on_the_scenes_is_taken_over(policy_file: Path) -> None:
+    """Descriptions of earlier versions do not state whether the orientation was chosen for the object."""
+
+    def leave_out(values: dict[str, Any]) -> dict[str, Any]:
+        return {key: value for key, value in values.items() if key != "has_fixed_orientation"}
+
+    change_text(policy_file, leave_out)
+    assert not get_policy(f"policy:{policy_file}").has_fixed_orientation
+    change_text(policy_file, lambda values: values | {"has_fixed_orientation": True, "orientation": "upright"})
+    strategy = get_policy(f"policy:{policy_file}")
+    copy = ActionPolicy(lambda seen: np.zeros(10), strategy)
+    for name in SCENE_FIELDS:
+        assert getattr(strategy, name) == getattr(copy, name) == getattr(load_policy(policy_file)[0], name)
+    assert copy.has_fixed_orientation
+
+
+def test_the_home_folder_of_an_unknown_user_is_refused() -> None:
+    name = "policy:~no-such-user/x.safetensors"
+    for call in (get_policy, lambda given: describe_policies((given,))):
+        with pytest.raises(DesignError, match="home folder of an unknown user"):
+            call(name)

@@ -11,7 +11,7 @@ from spiraltrunk.control.encoding import ControlMode, decode_action
 from spiraltrunk.control.messages import Command
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.workflows.demos.options import RATES, RecordingOptions
-from spiraltrunk.workflows.demos.recording.frames import build_arm_joints, choose_steps, encode_frames
+from spiraltrunk.workflows.demos.recording.frames import choose_steps, encode_frames, read_arm_joints
 
 
 @pytest.mark.parametrize("stride", [1, 2, 5, 50])
@@ -41,7 +41,7 @@ def test_actions_decoded_in_turn_are_the_commands(fakes: ModuleType, mode: str, 
 
 def test_joints_are_those_that_the_commands_lead_to(fakes: ModuleType) -> None:
     seen, commands = fakes.draw_messages(2, 20)
-    arm = build_arm_joints(seen[0].task.design)
+    arm = read_arm_joints(seen[0].task.design)
     led = list(np.random.default_rng(0).uniform(arm.low, arm.high, (20, 7)))
     frames = encode_frames(seen, commands, led, mode=ControlMode.JOINT_TENSION, stride=5)
     found = arm.low + (frames.action[:, :7] + 1) / 2 * (arm.high - arm.low)

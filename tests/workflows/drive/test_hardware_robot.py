@@ -15,6 +15,7 @@ from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.design.drum import size_drum
+from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
 from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmPort, ArmState
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
@@ -37,8 +38,10 @@ from spiraltrunk.workflows.drive import hardware_robot
 from spiraltrunk.workflows.drive.camera import Camera
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 from spiraltrunk.workflows.drive.hardware_trial import build_announced_task, run_on_hardware, summarise_hardware_trial
+from spiraltrunk.workflows.drive.trial import run_on_twin
 from spiraltrunk.workflows.drive.twin.machine_arm import MachineArm
 from spiraltrunk.workflows.drive.twin.machine_load import MachineLoad
+from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.world import draw_scene
 
 DESIGN = presets.PAPER
@@ -304,6 +307,25 @@ def test_the_task_is_the_announced_one():
     strategy = strategies.get("wrap-vertical")
     task = build_announced_task(DESIGN, OBJECT, strategy)
     assert task.target.position == pytest.approx(draw_scene(OBJECT, 7, strategy=strategy).position)
+
+
+def test_a_thick_hung_object_hangs_clear_of_the_trunk_as_in_trials(monkeypatch):
+    class Stop(Exception):
+        pass
+
+    def stop(design, scene, options):
+        raise Stop(scene)
+
+    thick, strategy = design_from_rules(arm_radius=0.065), strategies.get("wrap-vertical")
+    shape = parse_object("cylinder-120")
+    scene = draw_scene(shape, 7, strategy=strategy)
+    usual, clear = scene.position, set_ground(thick, scene, strategy).position
+    assert clear[1] > usual[1] + 0.005
+    assert build_announced_task(thick, shape, strategy).target.position == pytest.approx(clear)
+    monkeypatch.setattr("spiraltrunk.workflows.drive.trial.TwinRobot", stop)
+    with pytest.raises(Stop) as caught:
+        run_on_twin(thick, shape, strategy=strategy, seed=7)
+    assert caught.value.args[0].position == pytest.approx(clear)
 
 
 def test_a_strategy_that_needs_a_camera_is_refused_without_one(machine):

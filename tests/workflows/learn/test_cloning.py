@@ -123,3 +123,15 @@ def follow(policy: PolicyStrategy, episode: Episode) -> list[str]:
             break
         told.append(policy.status(state).action)
     return told
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"check": 0}, {"steps": 0}, {"batch": 0}, {"patience": 0}, {"hidden": (0,)}, {"hidden": 8}, {"rate": 0.0},
+        {"noise": -0.1}, {"validation": 1.0}, {"seed": -1},
+    ],
+)  # fmt: skip
+def test_options_that_train_nothing_are_refused(options):
+    with pytest.raises(DesignError, match=rf"cloning\.{next(iter(options))} is "):
+        CloningOptions(**options)

@@ -159,9 +159,9 @@ def _build_plan(arguments: argparse.Namespace) -> DemosPlan:
     survey, recording = build_plan(arguments), _build_recording(arguments)
     get_format(arguments.format).check_packages()
     if recording.mode == "joint-tension":
-        from spiraltrunk.workflows.demos.recording.frames import build_arm_joints
+        from spiraltrunk.workflows.demos.recording.frames import read_arm_joints
 
-        build_arm_joints(survey.design)
+        read_arm_joints(survey.design)
     return DemosPlan(survey=survey, recording=recording, format=arguments.format)
 
 

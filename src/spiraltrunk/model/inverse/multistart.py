@@ -27,11 +27,11 @@ from spiraltrunk.model.inverse.start_table import (
 )
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.frames import base_orientation
-from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.kinematics.shape import MOST_TURNED, Shape
 from spiraltrunk.model.statics.equilibrium import StaticsOptions
 from spiraltrunk.model.statics.kernels.batch import Problem
 from spiraltrunk.model.statics.kernels.laws.energy import Trunk
-from spiraltrunk.model.statics.loads import MOST_TURNED, Loads, read_angle, read_forces
+from spiraltrunk.model.statics.loads import Loads, read_angle, read_forces
 from spiraltrunk.model.statics.solutions import allocate, build_shape
 
 _CLOSE = 0.02

@@ -165,6 +165,7 @@ def follow(
     theta_0: ArrayLike = math.pi / 2,
     roll: ArrayLike = 0.0,
     loads: Loads | None = None,
+    friction: float | None = None,
     options: InverseOptions | None = None,
 ) -> InverseSolution:
     """Cable tensions for a whole shape: section ends nearest to given ones in weighted least squares.
@@ -176,16 +177,18 @@ def follow(
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         roll: rotation of the trunk about its base axis, shape (...) [rad].
         loads: loads besides its weight.
+        friction: coefficient between cables and holes [-], 0 alone; None takes the design's, 0 by default.
         options: options of the search.
 
     Returns:
         Tensions, pulls and shape; the distance is the weighted root mean square of the section ends' distances.
 
     Raises:
-        ModelError: for wrong shapes, and numbers that are not finite or out of range.
-        DesignError: for arguments of another type.
+        ModelError: for wrong shapes, numbers that are not finite or out of range, and friction.
+        DesignError: for a friction out of range, and arguments of another type.
     """
     check_type("design", design, TrunkDesign)
+    _refuse_friction("follow", design, friction)
     count = design.n_section
     wanted = read_numbers("points", points, _PLACES, shape=(..., count, 3), unit="m")
     share = read_numbers("weight", np.ones(count) if weight is None else weight, Range(least=0.0), shape=(count,))
@@ -210,6 +213,7 @@ def curl(
     theta_0: ArrayLike = math.pi / 2,
     roll: ArrayLike = 0.0,
     loads: Loads | None = None,
+    friction: float | None = None,
     options: InverseOptions | None = None,
 ) -> InverseSolution:
     """Cable tensions that curl the trunk round a circle so that the sections' outer surfaces touch it.
@@ -223,10 +227,12 @@ def curl(
         center: centre of the circle in the frame of `Shape`, shape (..., 3) [m].
         diameter: shape (...) [m].
         normal: normal of the circle's plane, any length but 0, shape (..., 3) [-].
-        touching: number of sections, counted from the tip, that should touch; by default those of the last 250 degrees.
+        touching: number of sections, counted from the tip, that should touch; by default those of the last
+            250 degrees round each circle.
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         roll: rotation of the trunk about its base axis, shape (...) [rad].
         loads: loads besides its weight.
+        friction: as of `follow`.
         options: options of the search; the tolerance is the largest gap that counts as contact, 1 mm by default.
 
     Returns:
@@ -234,10 +240,11 @@ def curl(
         tolerance of the circle, or one penetrates it deeper.
 
     Raises:
-        ModelError: for wrong shapes, and numbers that are not finite or out of range.
-        DesignError: for arguments of another type.
+        ModelError: for wrong shapes, numbers that are not finite or out of range, and friction.
+        DesignError: for a friction out of range, and arguments of another type.
     """
     check_type("design", design, TrunkDesign)
+    _refuse_friction("curl", design, friction)
     middle, axis = read_numbers("center", center, _PLACES, shape=(..., 3), unit="m"), _read_unit("normal", normal)
     width = read_numbers("diameter", diameter, Range(least=1e-6, most=_PLACES.most), unit="m")
     batch = broadcast_batches({"center": middle.shape[:-1], "normal": axis.shape[:-1], "diameter": width.shape})
@@ -246,7 +253,7 @@ def curl(
         [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
     ).reshape(-1, 7)
     options = _read_options(options, _CURL)
-    touch = _touching(design, touching, float(width.min()))
+    touch = _touching(design, touching, 2 * circle[:, 6])
     targets = _build_targets(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
     shape = solve_targets(design, cases, targets, replace(options, tolerance=1e-6), batch)
     points = shape.points.reshape(-1, design.n_section, 3)
@@ -257,14 +264,26 @@ def curl(
     return _build_solution(shape, distance, distance <= options.tolerance, gap=gap)
 
 
-def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.ndarray:
-    """1 for the sections that should touch, 0 for the others, shape (n_section,) [-]."""
+def _refuse_friction(function: str, design: TrunkDesign, friction: float | None) -> None:
+    """Refuse friction, with which the shape depends on the order of loading, where no loading path is searched for."""
+    mu = read_friction(design, friction, _DEFAULT)
+    if mu > 0:
+        raise ModelError(
+            f"friction is {mu:g}; allowed in {function}: 0, as friction=0.0 for a design with friction; "
+            "`solve` takes friction into account"
+        )
+
+
+def _touching(design: TrunkDesign, touching: int | None, width: np.ndarray) -> np.ndarray:
+    """1 for the sections that should touch a circle of each width, 0 for the others, shape (b, n_section) [-]."""
     count = design.n_section
     if touching is None:
-        touching = count - first_wrapped(snug_bend(design, width))
+        each, row = np.unique(width, return_inverse=True)
+        first = np.array([first_wrapped(snug_bend(design, one)) for one in each.tolist()], int)[row]
     else:
         check_count("touching", touching, least=1, most=count)
-    return np.where(np.arange(count) >= count - touching, 1.0, 0.0)
+        first = np.full(width.shape, count - touching)
+    return np.where(np.arange(count) >= first[:, None], 1.0, 0.0)
 
 
 def _build_targets(design: TrunkDesign, **parts: Any) -> Targets:

@@ -119,8 +119,8 @@ def build_no_targets(design: TrunkDesign, rows: int) -> Targets:
     """Targets whose weights are all 0."""
     count, solid = design.n_section, design.solid
     return Targets(
-        np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)), np.zeros(count),
-        0.0, np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
+        np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)),
+        np.zeros((rows, count)), 0.0, np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
     )  # fmt: skip
 
 

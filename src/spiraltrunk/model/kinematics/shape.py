@@ -11,6 +11,9 @@ import numpy as np
 
 from spiraltrunk.field_docs import explain_fields
 
+MOST_TURNED = 1e6
+"""Largest angle that is accepted [rad]: beyond, an angle says little about a direction."""
+
 
 @final
 class Status(IntEnum):

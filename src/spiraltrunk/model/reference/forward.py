@@ -26,7 +26,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.cables import pull_range
-from spiraltrunk.model.kinematics.shape import Shape, build
+from spiraltrunk.model.kinematics.shape import MOST_TURNED, Shape, build
 from spiraltrunk.model.reference.constants import Prepared, check_twist, check_ventral, prepare
 from spiraltrunk.model.reference.dispatch import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference.planar_batch import build_workspace, solve_points
@@ -167,10 +167,7 @@ def first_shut(shape: Shape) -> np.ndarray:
     return np.where(shut.any(axis=-1), shut.argmax(axis=-1), shut.shape[-1]) + 1
 
 
-_MOST_TURNED = 1e6
-"""Largest angle, as in the statics [rad]: beyond, an angle says little about a direction."""
-
-_ANGLES = Range(least=-_MOST_TURNED, most=_MOST_TURNED)
+_ANGLES = Range(least=-MOST_TURNED, most=MOST_TURNED)
 
 _Given = tuple[str, ArrayLike, float]
 """Name of an input, its value, and the largest pull [m]: that which closes every gap, or infinity for an angle."""
@@ -180,7 +177,7 @@ def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
     """The inputs as floats where each is a number within its range, else None."""
     numbers: list[float] = []
     for _, value, full in given:
-        if not (isinstance(value, (float, int)) and abs(value) < min(full, _MOST_TURNED)):
+        if not (isinstance(value, (float, int)) and abs(value) < min(full, MOST_TURNED)):
             return None
         if value < 0.0 and full != math.inf:
             return None

@@ -16,10 +16,7 @@ from spiraltrunk.errors import ModelError, describe
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
-from spiraltrunk.model.kinematics.shape import Shape
-
-MOST_TURNED = 1e6
-"""Largest angle that is accepted [rad]."""
+from spiraltrunk.model.kinematics.shape import MOST_TURNED, Shape
 
 
 @explain_fields

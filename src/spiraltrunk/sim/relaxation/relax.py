@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import read_numbers
+from spiraltrunk.checks import check_number, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.field_docs import explain_fields
@@ -64,6 +64,15 @@ class RelaxationOptions:
     """Whether the tip carries the gripper's mass, with straight, rigid fingers."""
     trunk: TrunkOptions = field(default_factory=TrunkOptions)
     """Simulation options of the trunk."""
+
+    def __post_init__(self) -> None:
+        for name in ("timestep", "damping_factor", "brake_factor", "armature_factor", "limit_factor", "still"):
+            check_number(f"relaxation.{name}", getattr(self, name), above=0.0)
+        check_number("relaxation.time_most", self.time_most, least=0.0)
+        for name in ("pull_speed", "tension_speed"):
+            if getattr(self, name) != math.inf:
+                check_number(f"relaxation.{name}", getattr(self, name), above=0.0)
+        check_type("relaxation.trunk", self.trunk, TrunkOptions)
 
 
 @final

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import check_type
+from spiraltrunk.checks import check_number, check_type
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
@@ -57,6 +57,11 @@ class TrunkOptions:
     """Stiffness of the winder's position control [N/m]."""
     stiffness_factor: float = 1.0
     """Joint stiffness over the design's [-]."""
+
+    def __post_init__(self) -> None:
+        check_number("trunk.hole_set_back", self.hole_set_back, least=0.0, below=1.0)
+        check_number("trunk.cable_gain", self.cable_gain, above=0.0)
+        check_number("trunk.stiffness_factor", self.stiffness_factor, above=0.0)
 
 
 def trunk_spec(design: TrunkDesign, options: TrunkOptions | None = None) -> mujoco.MjSpec:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -12,14 +11,13 @@ from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension
 from spiraltrunk.strategies.fingertip.flip_grip import TURN, FlipGrip, find_flip
 from spiraltrunk.strategies.fingertip.plan import tip_height, without_handle
 from spiraltrunk.strategies.fingertip.tip_grip import Pinch
-from spiraltrunk.strategies.object_measures import height_of, is_upright, widths_between
+from spiraltrunk.strategies.object_measures import cone_slope, height_of, is_upright, widths_between
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
 
 RATE = 0.94
@@ -58,35 +56,19 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     if task.goal.ground is None:
         return refuse("the object hangs; the fingers take what rests on the ground")
     least, most = _gripped_widths(gripper, target)
-    open_ = gripper.grasp_width
-    if least > open_:
-        by, widest = 1e3 * (least - open_), 1e3 * open_
-        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * least:.0f} mm, they open {widest:.0f} mm")
-    held = held_width(gripper)
-    if least > held:
-        by = max(1.0, 1e3 * (least - held))
-        limit = f"they open {1e3 * open_:.0f} mm and hold what is up to {1e3 * held:.0f} mm wide"
-        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * least:.0f} mm, {limit}")
-    weight, slope = target.mass * GRAVITY, cone_slope(target)
-    lifting = target.friction * math.cos(slope) - math.sin(slope)
-    hold = lifting * grip_force(gripper)
-    if weight > hold and slope > 0:
-        cone, most = math.degrees(slope), math.degrees(math.atan(target.friction))
-        able = f"the fingers hold {hold:.2g} N" if hold > 0 else "no grip holds it"
-        return refuse(
-            f"would slip off its slope: it narrows upwards by {cone:.0f} deg, friction holds up to {most:.0f} deg; "
-            f"it weighs {weight:.2g} N, {able}"
-        )
-    if weight > hold:
-        return refuse(f"would slip: it weighs {weight:.2g} N, the fingers hold {hold:.2g} N by friction")
+    weight, hold = target.mass * GRAVITY, _holding_force(gripper, target)
+    refusal = _refuse_width(gripper, least) or _refuse_weight(target, weight, hold)
+    if refusal is not None:
+        return refusal
     try:
         tip_height(replace(task, target=replace(target, kind="cylinder")) if is_round(target) else task)
         if isinstance(strategy, FlipGrip):
-            _check_flip(task.design, target.mass)
+            find_flip(task.design, target.mass, TURN)
     except ModelError as error:
         return refuse(str(error))
+    open_ = gripper.grasp_width
     factors = {
-        "opening": margin_factor((held - least) / open_, AMPLE_OPENING),
+        "opening": margin_factor((held_width(gripper) - least) / open_, AMPLE_OPENING),
         "friction": margin_factor(1 - weight / hold, AMPLE_GRIP),
         "shape": 1.0 if isinstance(strategy, Pinch) == (most > ELONGATED * least) else OTHER_SHAPE,
         "flip": FLIP if isinstance(strategy, FlipGrip) else 1.0,
@@ -95,17 +77,43 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     return accept(RATE, factors, f"{across} and hold {hold:.2g} N by friction, it weighs {weight:.2g} N")
 
 
+def _refuse_width(gripper: GripperDesign, width: float) -> Assessment | None:
+    """Refusal of an object whose gripped width [m] the fingers do not open round, or do not hold; None for others."""
+    open_, held = gripper.grasp_width, held_width(gripper)
+    if width > open_:
+        by, widest = 1e3 * (width - open_), 1e3 * open_
+        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * width:.0f} mm, they open {widest:.0f} mm")
+    if width > held:
+        by = max(1.0, 1e3 * (width - held))
+        limit = f"they open {1e3 * open_:.0f} mm and hold what is up to {1e3 * held:.0f} mm wide"
+        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * width:.0f} mm, {limit}")
+    return None
+
+
+def _refuse_weight(target: Target, weight: float, hold: float) -> Assessment | None:
+    """Refusal of an object that weighs more than friction holds, both [N]; None for others."""
+    if weight <= hold:
+        return None
+    slope = cone_slope(target)
+    if slope > 0:
+        cone, steepest = math.degrees(slope), math.degrees(math.atan(target.friction))
+        able = f"the fingers hold {hold:.2g} N" if hold > 0 else "no grip holds it"
+        return refuse(
+            f"would slip off its slope: it narrows upwards by {cone:.0f} deg, friction holds up to {steepest:.0f} deg; "
+            f"it weighs {weight:.2g} N, {able}"
+        )
+    return refuse(f"would slip: it weighs {weight:.2g} N, the fingers hold {hold:.2g} N by friction")
+
+
+def _holding_force(gripper: GripperDesign, target: Target) -> float:
+    """Largest weight that the fingers hold by friction, N (mu cos a - sin a) on a wall that narrows by a [N]."""
+    slope = cone_slope(target)
+    return (target.friction * math.cos(slope) - math.sin(slope)) * grip_force(gripper)
+
+
 def held_width(gripper: GripperDesign) -> float:
     """Largest width of an object that the fingers hold [m]."""
     return min(HELD_OPENING * gripper.grasp_width, gripper.grasp_width - SPARE)
-
-
-def cone_slope(target: Target) -> float:
-    """Angle from its axis by which the wall of a standing cone narrows upwards [rad]; 0 for another object.
-
-    A finger that presses on it with N lifts by N (mu cos a - sin a): by nothing where tan a is the friction or more.
-    """
-    return math.atan2(target.width / 2, target.length) if target.kind == "cone" and is_upright(target) else 0.0
 
 
 def is_round(target: Target) -> bool:
@@ -125,11 +133,6 @@ def gripped_width(task: Task) -> float:
 
 def _gripped_widths(gripper: GripperDesign, target: Target) -> tuple[float, float]:
     return widths_between(target, *grip_band(gripper, height_of(target)))
-
-
-@lru_cache(maxsize=64)
-def _check_flip(design: TrunkDesign, mass: float) -> None:
-    find_flip(design, mass, TURN)
 
 
 def grip_force(gripper: GripperDesign) -> float:

@@ -16,6 +16,7 @@ rolled away in 2 of 6 trials. A trunk that curls by a few newtons is soft: its l
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -27,7 +28,7 @@ from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.loads import Loads
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
-from spiraltrunk.strategies.fingertip.cycle import TipStrategy
+from spiraltrunk.strategies.fingertip.cycle import TipState, TipStrategy
 from spiraltrunk.strategies.fingertip.moves import Curl
 from spiraltrunk.strategies.sensing import find_ventral
 
@@ -50,6 +51,15 @@ class FlipGrip(TipStrategy):
     orientation = "upright"
     objects = ("ball-30", "cube-28", "cylinder-32")
 
+    def init(self, observation: Observation) -> TipState:
+        """Plan the way above the object, as every grip with the fingers.
+
+        Raises:
+            ModelError: where the cables do not turn the tip up with the announced object: before anything moves.
+        """
+        find_flip(observation.task.design, observation.task.target.mass, TURN)
+        return super().init(observation)
+
     def curl(self, observation: Observation) -> Curl | None:
         """Ventral cables pulled in as far as turns the tip up."""
         design = observation.task.design
@@ -58,8 +68,11 @@ class FlipGrip(TipStrategy):
         return Curl(tension=np.minimum(RESERVE * tension, design.cable.tension_max), pull=pull)
 
 
+@lru_cache(maxsize=64)
 def find_flip(design: TrunkDesign, mass: float, turn: float) -> tuple[np.ndarray, Shape]:
     """Ventral tensions at which the hanging trunk's tip, ``mass`` [kg] in its gripper, has turned by ``turn`` [rad].
+
+    Cached; nothing is written into the arrays.
 
     Returns:
         Tension of the cables, 0 for those that do not pull ventral, shape (n_cable,) [N]; the shape of the trunk.

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.strategies.fingertip.plan import gripper_of, gripping_base, object_height, opening
 from spiraltrunk.strategies.moves import Move
@@ -144,7 +145,7 @@ def put(held: Move, observation: Observation, base: np.ndarray, gripper: float) 
         held, phase="release", action="bring", milestone=None, position=near, tension=0.0 * held.tension,
         duration=max(travel_time(near - held.position), still),
     )  # fmt: skip
-    down = float(slowly[2]) / TOUCH_SPEED
+    down = max(CONTROL_PERIOD, float(slowly[2]) / TOUCH_SPEED)
     lower = replace(bring, action="lower", milestone=Milestone.SET_DOWN, duration=down, position=base)
     let_go = replace(lower, action="open", milestone=Milestone.RELEASED, duration=OPEN_TIME, gripper=gripper)
     is_tall = object_height(task) > TALL

@@ -16,6 +16,7 @@ from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension, opening_tension
+from spiraltrunk.strategies.object_measures import cone_slope
 
 # All of these are ours, tuned in simulated trials; lengths are over a finger's own.
 CLEARANCE = 0.05
@@ -169,7 +170,7 @@ def is_wide(task: Task) -> bool:
     target = task.target
     is_lying = math.hypot(target.axis[0], target.axis[1]) >= 0.5
     is_prism = target.kind != "sphere"
-    return is_lying and is_prism and gripped_width(task) > WIDE * gripper_of(task).grasp_width
+    return is_lying and is_prism and upper_width(task) > WIDE * gripper_of(task).grasp_width
 
 
 def is_wide_cylinder(task: Task) -> bool:
@@ -177,7 +178,7 @@ def is_wide_cylinder(task: Task) -> bool:
     return task.target.kind == "cylinder" and is_wide(task)
 
 
-def gripped_width(task: Task) -> float:
+def upper_width(task: Task) -> float:
     """Width of the object where the fingers pass it [m]: of what has a profile of its own, that of its upper part."""
     target, gripper = task.target, gripper_of(task)
     stands = target.kind == "box" and abs(float(target.axis[2])) > 0.5
@@ -190,7 +191,7 @@ def gripped_width(task: Task) -> float:
 
 def passed_width(task: Task) -> float:
     """Largest width that the fingers pass on their way down [m]: a standing cone's foot may lie below their ends."""
-    target, width = task.target, gripped_width(task)
+    target, width = task.target, upper_width(task)
     if target.kind != "cone" or abs(float(target.axis[2])) < 0.5:
         return width
     return width * min(1.0, gripper_of(task).finger_length / object_height(task))
@@ -224,7 +225,7 @@ def side_shift(task: Task) -> float:
     across = np.cos(2 * math.pi * np.arange(gripper.n_finger) / gripper.n_finger)
     off = float(across[across > 0].min() + across[across < 0].max()) / 2
     skin = float(gripper.phalanx_width[-1]) / 2
-    return off * (gripped_width(task) / 2 + skin) / side_share(gripper.n_finger)
+    return off * (upper_width(task) / 2 + skin) / side_share(gripper.n_finger)
 
 
 def _opening_tension(task: Task, above: float) -> float | None:
@@ -243,7 +244,7 @@ def _opening_tension(task: Task, above: float) -> float | None:
         return np.where(lowest < height[-1], larger * most / 2, 0.0)
 
     def outline(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
-        if gripped_width(task) != target.width:
+        if upper_width(task) != target.width:
             half = section(depth, skin)
             return np.where(half > 0, (half + room + skin) / share, 0.0)
         if target.kind == "sphere" or is_wide_cylinder(task):
@@ -273,13 +274,13 @@ def closing(task: Task) -> float:
     """
     task = without_handle(task)
     gripper, target = gripper_of(task), task.target
-    slope = math.atan2(target.width / 2, target.length) if target.kind == "cone" else 0.0
+    slope = cone_slope(target)
     lifting = target.friction / SAFETY * math.cos(slope) - math.sin(slope)
     most = gripper.tension_max / closing_tension(gripper, gripper.mount_radius, 1.0)  # Of a straight finger's tip.
     weight = target.mass * GRAVITY
     pressing = 2 if is_wide(task) else gripper.n_finger
     needed = min(most, weight / (pressing * lifting)) if lifting > 0 else most
-    return closing_tension(gripper, gripped_width(task) / 2, max(needed, PRESS_LEAST * most)) / gripper.tension_max
+    return closing_tension(gripper, upper_width(task) / 2, max(needed, PRESS_LEAST * most)) / gripper.tension_max
 
 
 def gripping_base(task: Task, place: np.ndarray) -> np.ndarray:

@@ -89,6 +89,7 @@ class Stage:
             check_number(f"policy.stages.{name}", value, least=0.0, most=290.0)
         check_count("policy.stages.visits", self.visits, least=1, most=1000)
         check_count("number of policy.stages.after", len(self.after), least=0, most=MOST_NAMES)
+        check_type("policy.stages.after", self.after, tuple)
 
 
 @explain_fields
@@ -113,6 +114,8 @@ class PolicyDescription:
     """What supports its objects."""
     orientation: str = "lying"
     """Orientation of its objects."""
+    has_fixed_orientation: bool = False
+    """Whether that was chosen for the object at hand, as of `Strategy`."""
     holds: str = "trunk"
     """What holds the object."""
     needs_camera: bool = False
@@ -148,7 +151,8 @@ class PolicyDescription:
             ("holds", HOLDS),
         ):  # fmt: skip
             _check_choice(f"policy.{name}", getattr(self, name), known)
-        check_type("policy.needs_camera", self.needs_camera, bool)
+        for name in ("needs_camera", "has_fixed_orientation"):
+            check_type(f"policy.{name}", getattr(self, name), bool)
         check_count("policy.n_cable", self.n_cable, least=1, most=16)
         for name, above, most in (("period", 0.0, 10.0), ("smoothing", 0.0, 10.0), ("longest", 0.0, 290.0)):
             check_number(f"policy.{name}", getattr(self, name), above=above, most=most)
@@ -163,6 +167,7 @@ class PolicyDescription:
             values = getattr(self, name)
             least = 1 if name in ("inputs", "outputs", "objects") else 0
             check_count(f"number of policy.{name}", len(values), least=least, most=MOST_NAMES)
+            check_type(f"policy.{name}", values, tuple)
             for value in values if name != "stages" else ():
                 check_text(f"policy.{name}", value)
         known = tuple(stage.name for stage in self.stages)
@@ -175,8 +180,11 @@ class PolicyDescription:
             _check_choice("policy.stages.after", name, known)
 
     def _check_numbers(self) -> None:
-        for name, values in (("widths", self.widths), ("push", self.push), ("position", self.position or (0.0, 0.0))):
-            if len(values) != 2:
+        for name in ("widths", "push", "position"):
+            values = getattr(self, name)
+            if name == "position" and values is None:
+                continue
+            if not (isinstance(values, tuple) and len(values) == 2):
                 raise DesignError(f"policy.{name}", got=values, allowed="two numbers")
             for value in values:
                 check_number(f"policy.{name}", value, least=-10.0, most=10.0)
@@ -233,9 +241,12 @@ def _read(name: str, value: Any) -> Any:
     if name == "networks":
         return {str(key): Layers(**{**each, "sizes": tuple(each["sizes"])}) for key, each in dict(value).items()}
     if name == "stages":
-        return tuple(Stage(**{**each, "after": tuple(each.get("after", ()))}) for each in value)
-    if name == "provenance":
-        return dict(value)
+        return tuple(Stage(**{key: _read_list(part) for key, part in each.items()}) for each in value)
+    return dict(value) if name == "provenance" else _read_list(value)
+
+
+def _read_list(value: Any) -> Any:
+    """A list as a tuple, any other value as it is."""
     return tuple(value) if isinstance(value, list) else value
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk.control.strategy import Strategy
+from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.strategies.policy.policy_files import compute_digest, load_policy
 from spiraltrunk.strategies.policy.policy_strategy import PolicyStrategy
 from spiraltrunk.strategies.policy.stroke_strategy import StrokeStrategy
@@ -29,7 +30,7 @@ def get_policy(name: str) -> Strategy[Any]:
         DesignError: in one line, where its files cannot be used.
         UnknownName: for a value of its description that is not in a list.
     """
-    path = Path(name.removeprefix(PREFIX)).expanduser()
+    path = _find_path(name)
     description, networks = load_policy(path)
     kind = StrokeStrategy if description.control_mode == "stroke" else PolicyStrategy
     shown = "".join(letter if letter.isprintable() else "?" for letter in path.name[:_NAME_MOST])
@@ -42,5 +43,19 @@ def describe_policies(names: tuple[str, ...]) -> dict[str, str]:
     Raises:
         DesignError: where a file cannot be read.
     """
-    paths = {name: Path(name.removeprefix(PREFIX)).expanduser() for name in names if is_policy(name)}
+    paths = {name: _find_path(name) for name in names if is_policy(name)}
     return {name: compute_digest(path) for name, path in paths.items()}
+
+
+def _find_path(name: str) -> Path:
+    """Path of the weights of a policy's name.
+
+    Raises:
+        DesignError: where it begins with the home folder of a user that does not exist.
+    """
+    path = Path(name.removeprefix(PREFIX))
+    try:
+        return path.expanduser()
+    except RuntimeError:
+        got = Unquoted(f"{str(path)!r}, in the home folder of an unknown user")
+        raise DesignError("policy", got=got, allowed="the path of a file; ~/ is your own home folder") from None

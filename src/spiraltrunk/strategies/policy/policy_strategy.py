@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.control.encoding import action_names, decode_action, encode_command
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.strategy import Milestone, Status, Strategy
+from spiraltrunk.control.strategy import SCENE_FIELDS, Milestone, Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.policy.description import PolicyDescription
@@ -170,5 +170,5 @@ def describe_difference(given: tuple[str, ...], known: tuple[str, ...]) -> str:
 def take_over(strategy: Strategy[Any], name: str, description: PolicyDescription) -> None:
     """Set the name of a strategy, and its job, support and objects to those that a policy was trained for."""
     strategy.name = name
-    for key in ("job", "support", "orientation", "holds", "needs_camera", "objects", "position", "push"):
+    for key in SCENE_FIELDS:
         setattr(strategy, key, getattr(description, key))

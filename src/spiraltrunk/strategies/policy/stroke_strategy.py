@@ -18,13 +18,16 @@ from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.moves import Move, advance, base_position, insert_next
+from spiraltrunk.strategies.moves import Move, base_position
+from spiraltrunk.strategies.object_measures import UPRIGHT, is_upright
 from spiraltrunk.strategies.policy.description import PolicyDescription
 from spiraltrunk.strategies.policy.network import Network, forward
 from spiraltrunk.strategies.policy.policy_strategy import describe_difference, take_over
 from spiraltrunk.strategies.push.approach_pose import ApproachPose, go_down, plan_pose, reach_of
-from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy
+from spiraltrunk.strategies.push.push_strategy import PushState
+from spiraltrunk.strategies.push.strike_strategy import StrikeStrategy, rise_and_watch, rise_point
 from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.timing import PEAK_SPEED
 
 INPUTS = (
     "is_sphere", "is_box", "is_upright", "width", "length", "mass", "height", "goal_distance", "seen_along",
@@ -43,14 +46,8 @@ RANGES = {
 """Gap behind the object, offset to the right, height above the lowest [m], angle of the stroke to the left of the way
 [rad], travel beyond the gap [m], greatest speed [m/s] (ours)."""
 
-WATCH, RETRIES = 4.0, 1
-"""Time to wait after the stroke [s], and further strokes [-]."""
-
-_PEAK = 1.875
-"""Greatest over mean speed of a minimum-jerk path [-]."""
-
-_AIM = "turn"
-"""Move at whose end the stroke is chosen."""
+RISE_TIME = 1.5
+"""Duration of the rise after the stroke [s] (ours)."""
 
 
 @final
@@ -67,7 +64,7 @@ class Stroke:
 
 
 @final
-class StrokeStrategy(PushStrategy[PushState]):
+class StrokeStrategy(StrikeStrategy):
     """A learned policy of the control mode "stroke".
 
     Args:
@@ -100,23 +97,11 @@ class StrokeStrategy(PushStrategy[PushState]):
         pose = plan_pose(observation.task, 0.0)
         return PushState(sequence=self.roll_up(pose, observation), pose=pose)
 
-    gap = 0.08
-
-    def next_move(self, state: PushState, observation: Observation) -> PushState:
-        """Choose the stroke by the last camera observation before it; observe the result after it."""
-        sequence, action = state.sequence, state.sequence.move.action
-        if action == "watch":
-            left = observation.task.goal.place - seen_position(observation)
-            if float(np.dot(left, state.pose.way)) <= 0.0:
-                return replace(state, is_done=True)
-            if state.retries >= RETRIES:
-                return replace(state, is_done=True, gave_up="the object did not go far enough")
-            state = replace(state, retries=state.retries + 1)
-        if action in (_AIM, "watch"):
-            chosen = forward(self._network, describe_scene(state.pose, observation))
-            stroke, here = plan_stroke(chosen, state.pose, observation), base_position(sequence, observation.time)
-            sequence = insert_next(sequence, plan_moves(state.pose, stroke, here))
-        return replace(state, sequence=advance(sequence, observation.time))
+    def strike(self, state: PushState, observation: Observation) -> tuple[Move, ...]:
+        """The stroke that the network chooses by the last camera observation."""
+        chosen = forward(self._network, describe_scene(state.pose, observation))
+        stroke, here = plan_stroke(chosen, state.pose, observation), base_position(state.sequence, observation.time)
+        return plan_moves(state.pose, stroke, here)
 
 
 def describe_scene(pose: ApproachPose, observation: Observation) -> np.ndarray:
@@ -125,11 +110,11 @@ def describe_scene(pose: ApproachPose, observation: Observation) -> np.ndarray:
     target, seen = task.target, seen_position(observation) - task.target.position
     axis = target.axis if observation.camera is None else observation.camera.axis
     turn = 2 * math.atan2(float(axis @ -pose.right), float(axis @ pose.way))
-    is_level = abs(float(axis[2])) < 0.7
+    is_level = abs(float(axis[2])) < UPRIGHT
     height = 2 * (float(target.position[2]) - (task.goal.ground or 0.0))
     distance = float(np.linalg.norm((task.goal.place - target.position)[:2]))
     return np.array([
-        target.kind == "sphere", target.kind == "box", abs(float(target.axis[2])) > 0.7, target.width, target.length,
+        target.kind == "sphere", target.kind == "box", is_upright(target), target.width, target.length,
         target.mass, height, distance, float(seen @ pose.way), float(seen @ pose.right),
         is_level * math.cos(turn), is_level * math.sin(turn),
     ], dtype=float)  # fmt: skip
@@ -143,12 +128,11 @@ def plan_stroke(chosen: np.ndarray, pose: ApproachPose, observation: Observation
     start = behind + value["across"] * pose.right + np.array([0.0, 0.0, value["height"]])
     travel = value["gap"] + value["follow"]
     way = math.cos(value["angle"]) * pose.way - math.sin(value["angle"]) * pose.right
-    return Stroke(start=start, end=start + travel * way, duration=_PEAK * travel / value["speed"])
+    return Stroke(start=start, end=start + travel * way, duration=PEAK_SPEED * travel / value["speed"])
 
 
 def plan_moves(pose: ApproachPose, stroke: Stroke, here: np.ndarray) -> tuple[Move, ...]:
     """Moves from ``here``, shape (3,) [m], down behind the object, the stroke, and the rise and the wait after it."""
     kick: Any = replace(pose.move("strike", stroke.duration, stroke.end), phase="transport", milestone=Milestone.PUSHED)
-    up = stroke.end - 0.10 * pose.way + np.array([0.0, 0.0, 0.15])
-    rise = replace(kick, phase="release", action="rise", duration=1.5, position=up)
-    return (*go_down(pose, stroke.start, here), kick, rise, replace(rise, action="watch", duration=WATCH))
+    up = rise_point(stroke.end, pose.way)
+    return (*go_down(pose, stroke.start, here), kick, *rise_and_watch(kick, up, RISE_TIME))

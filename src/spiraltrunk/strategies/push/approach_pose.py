@@ -18,6 +18,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
+from spiraltrunk.strategies.object_measures import is_upright
 from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled_trunk
 from spiraltrunk.strategies.sensing import find_ventral
 from spiraltrunk.strategies.timing import stretch, travel_time
@@ -126,7 +127,7 @@ def _find_clearance(design: TrunkDesign) -> float:
 def reach_of(target: Target) -> float:
     """Half of the object's largest extent seen from above [m]: a box may stand with an edge towards the trunk."""
     across = target.width * (math.sqrt(2.0) if target.kind == "box" else 1.0)
-    lying = abs(float(target.axis[2])) < 0.7 and target.kind != "sphere"
+    lying = not is_upright(target) and target.kind != "sphere"
     return max(across, target.length if lying else 0.0) / 2
 
 

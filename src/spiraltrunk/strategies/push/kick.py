@@ -17,20 +17,16 @@ import math
 from dataclasses import replace
 from typing import final
 
-import numpy as np
-
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.strategies.moves import Move, advance, base_position, insert_next
+from spiraltrunk.strategies.moves import Move, base_position
 from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
-from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, is_still
-from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.push.push_strategy import PushState, is_still
+from spiraltrunk.strategies.push.strike_strategy import RUN_UP, StrikeStrategy, rise_and_watch, rise_point
 from spiraltrunk.strategies.timing import PEAK_SPEED, travel_time
 
 # All of these are ours, tuned in simulated trials.
-RUN_UP = 0.08
-"""Travel of the rolled trunk before it meets the object [m]."""
 FOLLOW = 0.20
 """Travel after it has met the object [m]."""
 SPEED = 0.70
@@ -43,14 +39,10 @@ CONTACT = 0.22
 """Height of the contact over that of the object [-]: low, so that a standing object slides and does not fall over."""
 RISE_TIME = 1.0
 """Least duration of the rise after the stroke [s]."""
-WATCH = 4.0
-"""Longest time to wait after the stroke until the object is at rest [s]."""
-RETRIES = 1
-"""Number of further strokes at an object that did not go far enough [-]."""
 
 
 @final
-class Kick(PushStrategy[PushState]):
+class Kick(StrikeStrategy):
     """A stroke with the rolled trunk."""
 
     name = "kick"
@@ -60,7 +52,6 @@ class Kick(PushStrategy[PushState]):
     objects = ("box-80", "box-100", "cylinder-90", "cylinder-120", "ball-80", "ball-100", "ball-120")
     position = (0.50, 0.10)
     push = (0.0, 0.15)
-    gap = RUN_UP
 
     def init(self, observation: Observation) -> PushState:
         """Plan the approach pose from design, object and goal."""
@@ -72,21 +63,8 @@ class Kick(PushStrategy[PushState]):
         is_over = state.sequence.move.action == "watch" and is_still(state)
         return is_over or super().has_ended(state, observation)
 
-    def next_move(self, state: PushState, observation: Observation) -> PushState:
-        """Aim by the last camera observation before the stroke; observe the result after it."""
-        sequence, action = state.sequence, state.sequence.move.action
-        if action == "watch":
-            left = observation.task.goal.place - seen_position(observation)
-            if float(np.dot(left, state.pose.way)) <= 0.0:
-                return replace(state, is_done=True)
-            if state.retries >= RETRIES:
-                return replace(state, is_done=True, gave_up="the object did not go far enough")
-            state = replace(state, retries=state.retries + 1)
-        if action in ("turn", "watch"):
-            sequence = insert_next(sequence, self._strike(state, observation))
-        return replace(state, sequence=advance(sequence, observation.time))
-
-    def _strike(self, state: PushState, observation: Observation) -> tuple[Move, ...]:
+    def strike(self, state: PushState, observation: Observation) -> tuple[Move, ...]:
+        """Moves down behind the object as observed, a stroke at the speed that suits it, the rise and the wait."""
         pose, here = state.pose, base_position(state.sequence, observation.time)
         start, stroke = self.base_behind(pose, observation), RUN_UP + FOLLOW
         end = start + stroke * pose.way
@@ -94,11 +72,8 @@ class Kick(PushStrategy[PushState]):
             pose.move("kick", PEAK_SPEED * stroke / _stroke_speed(observation), end),
             phase="transport", milestone=Milestone.PUSHED,
         )  # fmt: skip
-        up = end - 0.10 * pose.way + np.array([0.0, 0.0, 0.15])
-        rise = replace(
-            kick, phase="release", action="rise", duration=max(RISE_TIME, travel_time(up - end)), position=up
-        )
-        return (*go_down(pose, start, here), kick, rise, replace(rise, action="watch", duration=WATCH))
+        up = rise_point(end, pose.way)
+        return (*go_down(pose, start, here), kick, *rise_and_watch(kick, up, max(RISE_TIME, travel_time(up - end))))
 
 
 def _stroke_speed(observation: Observation) -> float:

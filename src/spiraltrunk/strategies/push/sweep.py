@@ -26,6 +26,7 @@ from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.strategies.fingertip.assess import assess_fingers
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
 from spiraltrunk.strategies.moves import Move, advance, base_position, begin, insert_next
+from spiraltrunk.strategies.object_measures import UPRIGHT
 from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
 from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, keep_together
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
@@ -60,9 +61,6 @@ RENEWALS = 6
 """Number of further approaches after the trunk slid past the object [-]: small objects jam where friction is high."""
 RETRIES = 1
 """Number of further pushes after the observation [-]."""
-
-_FALLEN = 0.7
-"""Cosine of the angle between seen and announced axis below which an object has fallen over [-]."""
 
 
 @final
@@ -181,7 +179,7 @@ class Sweep(PushStrategy[SweepState]):
         if distance <= goal.zone:
             task = task_to_grasp(observation)
             along = float(np.dot(task.target.axis, observation.task.target.axis))
-            if along < _FALLEN and task.target.kind != "sphere" and isinstance(self._grasp(task), StandingWrap):
+            if along < UPRIGHT and task.target.kind != "sphere" and isinstance(self._grasp(task), StandingWrap):
                 return replace(state, is_done=True, gave_up="nothing was lifted: the object has toppled")
             return replace(state, task=task, grasp=self._grasp(task).init(with_task(observation, task)))
         return replace(state, is_done=True, gave_up=f"the object lies {distance * 100:.0f} cm from its place")
@@ -248,7 +246,7 @@ def task_to_grasp(observation: Observation) -> Task:
     task, seen = observation.task, seen_position(observation)
     axis = task.target.axis if observation.camera is None else observation.camera.axis
     along = float(np.dot(axis, task.target.axis))
-    if abs(along) > _FALLEN:
+    if abs(along) > UPRIGHT:
         seen = np.array([*seen[:2], task.target.position[2]])
     target = replace(task.target, position=seen, axis=math.copysign(1.0, along) * axis, handle=None)
     return replace(task, target=target, goal=replace(task.goal, place=seen + task.goal.aside))

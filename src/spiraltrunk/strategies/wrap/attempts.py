@@ -19,6 +19,7 @@ from spiraltrunk.strategies.moves import (
     insert_next,
     shift_later,
 )
+from spiraltrunk.strategies.object_measures import TOPPLED
 from spiraltrunk.strategies.wrap.standing_plan import ACCELERATION, TEST
 
 # All of these are ours, tuned in simulated trials.
@@ -41,8 +42,6 @@ CUT = 0.015
 """Rise that a lift lacks where its corner with the carry is rounded and the arm lags [m] (ours)."""
 SAG_MOST = 0.02
 """Most by which a sagging object is lifted further [m] (ours)."""
-TOPPLED = math.radians(45.0)
-"""Lean from which a standing object has toppled [rad]."""
 
 
 def go_on(sequence: MoveSequence, observation: Observation) -> MoveSequence:

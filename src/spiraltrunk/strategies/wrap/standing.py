@@ -214,40 +214,18 @@ class StandingWrap(MoveStrategy[StandingState]):
 
     def next_move(self, state: StandingState, observation: Observation) -> StandingState:
         """Decide on another attempt after the test of the load; turn the object upright; stiffen the trunk."""
-        action, sequence = state.sequence.move.action, state.sequence
+        action = state.sequence.move.action
         if action == "descend":
             state = replace(state, weight_empty=state.weight)
-        if action == "try" and not state.is_carried(observation) and may_rise(sequence):
-            return replace(state, sequence=advance(rise_further(sequence), observation.time))
         if action in ("try", "lift") and not state.is_carried(observation):
-            if action == "lift" or state.retries >= RETRIES:
-                return replace(state, is_done=True, gave_up=describe_no_load(observation))
-            sequence = go_on(insert_next(sequence, try_again(sequence)), observation)
-            return replace(state, sequence=sequence, retries=state.retries + 1)
-        if action == "try":
-            sequence = carry_higher(sequence)
+            return _rise_or_try_again(state, observation)
         if action == "touch":
             return _accept_touch(state, observation)
+        if action == "back off" and has_toppled(observation):
+            return replace(state, is_done=True, gave_up="nothing was lifted: the object has toppled")
+        sequence = self._edit_moves(state, observation)
         if action == "back off":
-            if has_toppled(observation):
-                return replace(state, is_done=True, gave_up="nothing was lifted: the object has toppled")
-            seen = seen_position(observation)
-            sequence = shift_later(sequence, (seen - state.seen) * [1.0, 1.0, 0.0], PHASES[:3])
-            state = replace(state, seen=seen)
-        if action in ("level", "steady"):
-            sequence = carry_upright(sequence, observation, self.plane.ground_gap)
-            if action == "steady":
-                sequence = lift_further(_stiffen(sequence, state, observation), observation, state.stood)
-        if action == "bring":
-            sequence = center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
-        if action == "lower":
-            sequence = plan_opening(sequence, observation, state.height)
-        if action == "uncurl":
-            sequence = right(sequence, observation, state.height)
-        if action == "hold":
-            sequence = set_down_clear(sequence, observation, self.plane.ground_gap)
-        if action == "rest":
-            sequence = rest_until_still(sequence, observation, state.last_look)
+            state = replace(state, seen=seen_position(observation))
         if action in ("leave", "rest"):
             state = replace(state, last_look=observation.camera)
         if sequence.is_last:
@@ -257,6 +235,28 @@ class StandingWrap(MoveStrategy[StandingState]):
             tension = np.clip(observation.cable_tension, 0.0, observation.task.design.cable.tension_max)
             sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
         return replace(state, sequence=sequence)
+
+    def _edit_moves(self, state: StandingState, observation: Observation) -> MoveSequence:
+        """The moves with the later ones suited to what was measured during the present one."""
+        action, sequence = state.sequence.move.action, state.sequence
+        if action == "try":
+            return carry_higher(sequence)
+        if action == "back off":
+            return shift_later(sequence, (seen_position(observation) - state.seen) * [1.0, 1.0, 0.0], PHASES[:3])
+        if action in ("level", "steady"):
+            sequence = carry_upright(sequence, observation, self.plane.ground_gap)
+            if action == "level":
+                return sequence
+            return lift_further(_stiffen(sequence, state, observation), observation, state.stood)
+        if action == "bring":
+            return center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
+        if action == "lower":
+            return plan_opening(sequence, observation, state.height)
+        if action == "uncurl":
+            return right(sequence, observation, state.height)
+        if action == "hold":
+            return set_down_clear(sequence, observation, self.plane.ground_gap)
+        return rest_until_still(sequence, observation, state.last_look) if action == "rest" else sequence
 
     def has_ended(self, state: StandingState, observation: Observation) -> bool:
         """Whether the present move has ended: shortly before its end where the next one may round the corner."""
@@ -307,6 +307,17 @@ def _sense_touch(state: StandingState, observation: Observation) -> StandingStat
         return replace(state, lean_free=state.lean)
     is_touched = state.lean - state.lean_free >= TOUCH * design.cable_stroke
     return _accept_touch(state, observation) if is_touched else state
+
+
+def _rise_or_try_again(state: StandingState, observation: Observation) -> StandingState:
+    """Where no load is felt: rise further in the test, try again from the start, or end."""
+    action, sequence = state.sequence.move.action, state.sequence
+    if action == "try" and may_rise(sequence):
+        return replace(state, sequence=advance(rise_further(sequence), observation.time))
+    if action == "lift" or state.retries >= RETRIES:
+        return replace(state, is_done=True, gave_up=describe_no_load(observation))
+    sequence = go_on(insert_next(sequence, try_again(sequence)), observation)
+    return replace(state, sequence=sequence, retries=state.retries + 1)
 
 
 def _accept_touch(state: StandingState, observation: Observation) -> StandingState:

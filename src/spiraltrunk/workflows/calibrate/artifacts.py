@@ -69,12 +69,33 @@ def run_calibration(
 
 def compute_result(run: CalibrationRun) -> dict[str, Any]:
     """All figures, ready for JSON; SI unless a key names its unit."""
-    found, recordings = run.found, run.recordings
-    was_weighed = run.settings.weighing is not None or bool(run.settings.bench)
-    misfitted = list_misfitted(found)
+    recordings = run.recordings
     result = {
         "design": recordings.design.name,
         "protocol": recordings.protocol.name,
+        **_describe_parameters(run),
+        "fitted": _average_errors(run.found.fitted, run.recorded.shapes),
+        "held_out": _average_errors(run.found.held_out, run.recorded.shapes),
+        "bench": None if run.bench is None else summarise_bench(run.bench),
+        **_describe_fit(run.found),
+        "takes": {"fitted": list_files(recordings.fitted), "held_out": list_files(recordings.held_out)},
+        "paper": {
+            "reference_mean_rmse_m": PAPER["bend_dorsal"]["mean_rmse_m"],
+            "what": "the authors' model against their robot, bending",
+        },
+        "notes": _list_warnings(run),
+        "odd_in_recordings": run.recorded.notes,
+        "versions": read_versions("numpy"),
+        "files": [],
+    }
+    return dict(to_json(result))
+
+
+def _describe_parameters(run: CalibrationRun) -> dict[str, Any]:
+    """The parameters, which of them the recordings do not determine, and what to record for these."""
+    found = run.found
+    was_weighed = run.settings.weighing is not None or bool(run.settings.bench)
+    return {
         "parameters": {
             p.name: {
                 "unit": p.unit, "before": p.before, "value": p.value, "low_95": p.low, "high_95": p.high,
@@ -85,9 +106,13 @@ def compute_result(run: CalibrationRun) -> dict[str, Any]:
         "not_told": [parameter.name for parameter in list_unidentified(found)],
         "told_together": [{"names": [a, b], "correlation": c} for a, b, c in list_correlated(found)],
         "to_record": advise(found, was_weighed=was_weighed),
-        "fitted": _average_errors(found.fitted, run.recorded.shapes),
-        "held_out": _average_errors(found.held_out, run.recorded.shapes),
-        "bench": None if run.bench is None else summarise_bench(run.bench),
+    }  # fmt: skip
+
+
+def _describe_fit(found: Calibration) -> dict[str, Any]:
+    """Misfit by run and of all, and whether the fit converged."""
+    misfitted = list_misfitted(found)
+    return {
         "misfit_by_run": [
             {
                 "take": one.take, "kind": one.kind, "shapes": one.n_shape, "rms_m": one.rms,
@@ -101,17 +126,7 @@ def compute_result(run: CalibrationRun) -> dict[str, Any]:
         "points_that_count_less": found.fit.n_outlier,
         "is_settled": found.fit.has_converged,
         "shapes_not_solved": found.unsolved,
-        "takes": {"fitted": list_files(recordings.fitted), "held_out": list_files(recordings.held_out)},
-        "paper": {
-            "reference_mean_rmse_m": PAPER["bend_dorsal"]["mean_rmse_m"],
-            "what": "the authors' model against their robot, bending",
-        },
-        "notes": _list_warnings(run),
-        "odd_in_recordings": run.recorded.notes,
-        "versions": read_versions("numpy"),
-        "files": [],
     }  # fmt: skip
-    return dict(to_json(result))
 
 
 def list_artifacts(bench: Bench | None) -> list[str]:

@@ -156,7 +156,9 @@ class _Run:
         self._folder = (output.path / FOLDER).resolve()
         self._format: Format = get_format(plan.format)
         self._rows: Sequence[Row] | None = None
-        """Rows so far; None before any is known."""
+        """Rows so far, to which each call adds; None before any is known."""
+        self._n_kept = 0
+        """Number of those whose trials have episodes."""
         self._written: tuple[tuple[Path, ...], int, dict[str, Any]] = ((), -1, {})
         """Episodes of the last data set, the number of rows then, and the result."""
         survey = plan.survey
@@ -170,10 +172,11 @@ class _Run:
         def note(rows: Sequence[Row]) -> None:
             if self._rows is not None and rows:
                 self._check_seen(rows[-1])
+            self._n_kept += sum(is_kept(row, self._plan.recording) for row in rows[len(self._rows or ()) :])
             self._rows = list(rows)
             if watch is not None:
                 watch(rows)
-            if len(self._list_kept()) >= max(1, GROWTH * len(self._written[0])):
+            if self._n_kept >= max(1, GROWTH * len(self._written[0])):
                 self.write_dataset()
 
         return note
@@ -226,7 +229,8 @@ class _Run:
     def _compute_result(self, files: Sequence[Path], names: Sequence[str]) -> dict[str, Any]:
         plan, rows = self._plan, sort_rows(self._plan.survey, self._rows or ())
         asked = sum(plan.survey.count_trials().values())
-        episodes = [row for row in rows if self._find_episode(row) in files]
+        written = set(files)
+        episodes = [row for row in rows if self._find_episode(row) in written]
         keys = ("strategy", "object", "index", "seed", "success", "reason", "simulated_s")
         return {
             "format": plan.format,

@@ -19,13 +19,11 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 from spiraltrunk.workflows.drive.trial import run_logged
-from spiraltrunk.workflows.grasp.choice.ground import choose_ground
-from spiraltrunk.workflows.grasp.world import Spread, draw_scene
+from spiraltrunk.workflows.grasp.choice.ground import set_ground
+from spiraltrunk.workflows.grasp.world import AS_ANNOUNCED, draw_scene
 
 NOT_JUDGED = "not judged"
 """Verdict of a run whose ground truth nobody knows."""
-
-_AS_ANNOUNCED = Spread(position=0.0, yaw=0.0, size=0.0, mass=0.0, stiffness=0.0)
 
 
 @explain_fields
@@ -46,8 +44,8 @@ class HardwareTrial:
 
 def build_announced_task(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> Task:
     """The task of a strategy's scene with the object exactly where it is announced."""
-    scene = draw_scene(shape, 0, strategy=strategy, spread=_AS_ANNOUNCED)
-    return build_task(design, choose_ground(design, scene, strategy))
+    scene = draw_scene(shape, 0, strategy=strategy, spread=AS_ANNOUNCED)
+    return build_task(design, set_ground(design, scene, strategy))
 
 
 def run_on_hardware(

@@ -11,7 +11,7 @@ from typing import Any, final
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import RunLog, run
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.plant import CONTROL_PERIOD, Plant
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.toml import format_design
 from spiraltrunk.design.trunk import TrunkDesign
@@ -26,7 +26,7 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import Robot
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
-from spiraltrunk.workflows.grasp.choice.ground import choose_ground
+from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.trial import Trial
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
@@ -53,7 +53,7 @@ class DriveTrial:
 class _Kept(Plant):
     """Keeps what passes between plant and strategy, also of a run that a fault ends."""
 
-    control_period = 0.02
+    control_period = CONTROL_PERIOD
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
@@ -119,7 +119,7 @@ def run_on_twin(
     """
     chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
     drawn = replace(draw_scene(shape, seed, strategy=chosen, spread=spread), timestep=STEP)
-    scene = choose_ground(design, drawn, chosen)
+    scene = set_ground(design, drawn, chosen)
     with TwinRobot(design, scene, TwinOptions(seed=seed) if options is None else options) as robot:
         if prepare is not None:
             prepare(robot)

@@ -17,11 +17,13 @@ from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_plots
+from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import PHASES
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.last_try import is_refused, list_attempts, list_candidates
 from spiraltrunk.workflows.grasp.pictures import write_failure, write_film, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 
 _FILES = (
     "result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "curvature.png", "object.png", "force.png",
@@ -56,18 +58,41 @@ def list_files(*, video: bool = True) -> tuple[str, ...]:
 
 def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict[str, Any]:
     """Verdict and figures of a trial with the object called ``name``, ready for JSON."""
-    verdict, options, failure = trial.verdict, trial.options, trial.verdict.failure
     spans = compute_phase_spans(trial.log)
     figures = {
         "strategy": trial.strategy,
         "object": name,
         "seed": trial.seed,
+        **_describe_outcome(trial.verdict),
+        "phases": [{"name": phase, "start_s": begin, "end_s": end} for phase, begin, end in spans],
+        "front": _compute_front_figures(trial),
+        **_describe_motion(trial.verdict),
+        "real_time_factor": trial.real_time_factor,
+        "world": _describe_world(trial.options),
+        "timestep_s": trial.options.timestep,
+        "versions": read_versions("mujoco", "mink", "numpy"),
+        "files": list(files),
+    }
+    candidates = list_candidates(trial.log)
+    if candidates is not None:
+        figures |= _compute_choice(candidates, trial)
+    if is_refused(trial.log):
+        figures |= {"phases": [], **dict.fromkeys(_OF_MOTION)}
+    return {key: to_json(value) for key, value in figures.items()}
+
+
+def _describe_outcome(verdict: Verdict) -> dict[str, Any]:
+    failure = verdict.failure
+    return {
         "success": verdict.success,
         "reason": verdict.reason,
         "cause": None if failure is None else failure.cause.value,
         "cause_time_s": None if failure is None else failure.time,
-        "phases": [{"name": phase, "start_s": begin, "end_s": end} for phase, begin, end in spans],
-        "front": _compute_front_figures(trial),
+    }
+
+
+def _describe_motion(verdict: Verdict) -> dict[str, Any]:
+    return {
         "lift_m": verdict.lift,
         "carry_m": verdict.carry,
         "hold_s": verdict.hold,
@@ -79,26 +104,19 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
         "max_joint_deg": math.degrees(verdict.bend),
         "limits_judged": not verdict.unjudged,
         "limits_not_judged": list(verdict.unjudged),
-        "real_time_factor": trial.real_time_factor,
-        "world": {
-            "offset_m": list(options.offset),
-            "friction": options.shape.friction,
-            "stiffness_factor": options.trunk.stiffness_factor,
-            "width_m": options.shape.width,
-            "mass_kg": options.shape.mass,
-            "yaw_deg": math.degrees(options.yaw),
-            "yaw_error_deg": math.degrees(options.yaw_error),
-        },
-        "timestep_s": options.timestep,
-        "versions": read_versions("mujoco", "mink", "numpy"),
-        "files": list(files),
     }
-    candidates = list_candidates(trial.log)
-    if candidates is not None:
-        figures |= _compute_choice(candidates, trial)
-    if is_refused(trial.log):
-        figures |= {"phases": [], **dict.fromkeys(_OF_MOTION)}
-    return {key: to_json(value) for key, value in figures.items()}
+
+
+def _describe_world(options: SceneOptions) -> dict[str, Any]:
+    return {
+        "offset_m": list(options.offset),
+        "friction": options.shape.friction,
+        "stiffness_factor": options.trunk.stiffness_factor,
+        "width_m": options.shape.width,
+        "mass_kg": options.shape.mass,
+        "yaw_deg": math.degrees(options.yaw),
+        "yaw_error_deg": math.degrees(options.yaw_error),
+    }
 
 
 def _compute_choice(candidates: tuple[Candidate, ...], trial: Trial) -> dict[str, Any]:

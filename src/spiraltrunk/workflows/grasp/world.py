@@ -81,6 +81,11 @@ class Spread:
         check_type("spread.sensors", self.sensors, SensorOptions)
 
 
+AS_ANNOUNCED = Spread(
+    position=0.0, yaw=0.0, size=0.0, mass=0.0, friction=(0.8, 0.8), stiffness=0.0, sensors=SensorOptions()
+)  # fmt: skip
+"""Everything as announced, sensors without error."""
+
 EXACT = Spread(position=0.015, yaw=0.0, size=0.0, mass=0.0, sensors=SensorOptions())
 """Position within 15 mm, friction and stiffness unknown, everything else as announced, sensors without error."""
 

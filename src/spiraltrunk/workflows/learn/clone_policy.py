@@ -7,22 +7,20 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from spiraltrunk.control.encoding import action_names
-from spiraltrunk.control.strategy import Strategy
+from spiraltrunk.control.strategy import SCENE_FIELDS, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.strategies.policy.description import Layers, PolicyDescription
 from spiraltrunk.strategies.policy.memory import MODE, list_inputs
 from spiraltrunk.strategies.policy.network import Network
+from spiraltrunk.strategies.wrap.hung import LEAD
 from spiraltrunk.workflows.learn.cloning import Clone, CloningOptions, fit_clone
 from spiraltrunk.workflows.learn.episodes import Episode
 from spiraltrunk.workflows.learn.samples import Timing, list_stages, sample_episode
 
 LATCHES = ("put back", "rise on", "lift", "bring")
 """Actions of a hung wrap at whose start the load is remembered (ours): what was weighed decides what follows."""
-
-LEAD = 0.03
-"""Lead of one ventral cable before the other, over the stroke [-]: that of the demonstrated strategy, not learned."""
 
 
 @final
@@ -67,15 +65,12 @@ def clone_policy(
         control_mode=MODE.value, inputs=names, outputs=action_names(MODE, presets.PAPER), stages=stages,
         networks={key: Layers(sizes=network.sizes) for key, network in networks.items()},
         n_cable=presets.PAPER.n_cable, latches=latches, period=timing.period, smoothing=timing.smoothing,
-        ventral_lead=LEAD, widths=strategy.widths(presets.PAPER),
+        ventral_lead=LEAD,  # As demonstrated: it is not learned.
+        widths=strategy.widths(presets.PAPER),
         provenance=_describe_provenance(shown, strategy, options),
-        **{key: getattr(strategy, key) for key in _TAKEN},
+        **{key: getattr(strategy, key) for key in SCENE_FIELDS},
     )  # fmt: skip
     return ClonedPolicy(description=description, networks=networks, clone=clone)
-
-
-_TAKEN = ("job", "support", "orientation", "holds", "needs_camera", "objects", "position", "push")
-"""What a policy takes over from the strategy that it clones."""
 
 
 def _describe_provenance(shown: Sequence[Episode], strategy: Strategy[Any], options: CloningOptions) -> dict[str, Any]:

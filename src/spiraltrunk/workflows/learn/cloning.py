@@ -9,8 +9,10 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.checks import check_count, check_number, check_type
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.strategies.policy.description import LARGEST_LAYER
 from spiraltrunk.strategies.policy.network import LARGEST_INPUT, Network
 from spiraltrunk.workflows.learn.samples import Samples
 
@@ -54,6 +56,18 @@ class CloningOptions:
     """Share of the episodes that are kept for validation."""
     seed: int = 0
     """Seed of split, weights, batches and noise."""
+
+    def __post_init__(self) -> None:
+        check_type("cloning.hidden", self.hidden, tuple)
+        for size in self.hidden:
+            check_count("cloning.hidden", size, least=1, most=LARGEST_LAYER)
+        for name in ("steps", "batch", "check", "patience"):
+            check_count(f"cloning.{name}", getattr(self, name), least=1, most=10**9)
+        check_count("cloning.seed", self.seed, least=0, most=2**63 - 1)
+        check_number("cloning.rate", self.rate, above=0.0)
+        for name in ("decay", "noise", "start_noise"):
+            check_number(f"cloning.{name}", getattr(self, name), least=0.0)
+        check_number("cloning.validation", self.validation, least=0.0, below=1.0)
 
 
 @final

@@ -12,6 +12,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.verdict.cause import Cause
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.moments import Moments
 from spiraltrunk.workflows.grasp.verdict.push_verdict import evaluate_kick, evaluate_sweep
@@ -133,14 +134,20 @@ def test_a_sweep_must_end_in_the_zone(way, success):
 
 def test_a_sweep_must_begin_outside_the_zone():
     trace = [replace(s, object_position=s.object_position + np.array([0.0, 0.13, 0.0])) for s in _swept(0.04)]
-    assert _sweep(trace).reason == "the object began in the zone"
+    verdict = _sweep(trace)
+    assert verdict.reason == "the object began in the zone"
+    assert verdict.failure is not None
+    assert verdict.failure.cause is Cause.MISPLACED
 
 
 def test_a_sweep_must_end_at_rest():
     moving = _swept()
     i = round(SWEPT / 0.02)
     moving[i] = replace(moving[i], object_position=moving[i].object_position + np.array([0.0, 0.005, 0.0]))
-    assert _sweep(moving).reason == "not at rest after the sweep"
+    verdict = _sweep(moving)
+    assert verdict.reason == "not at rest after the sweep"
+    assert verdict.failure is not None
+    assert (verdict.failure.cause, verdict.failure.time) == (Cause.MISPLACED, pytest.approx(SWEPT))
 
 
 @pytest.mark.parametrize(("gave_up", "reason"), [(None, "the strategy reported no push"), ("enough", "enough")])

@@ -35,7 +35,7 @@ class Targets(NamedTuple):
     circle: np.ndarray
     """Centre, unit normal and radius of the circle, shape (b, 7) [m], [-], [m]."""
     touch: np.ndarray
-    """Weights of the gaps between sections and circle, shape (n_section,) [-]."""
+    """Weights of the gaps between sections and circle, shape (b, n_section) [-]."""
     deep: float
     """Weight of a section's depth in the circle [-]; 0 where there is no circle."""
     hull: np.ndarray
@@ -83,8 +83,8 @@ def evaluate_residual(b, points, heads, targets, out):
             gap, off = circle_gap(n, b, points, heads, targets)[0], 0.0
             for x in range(3):
                 off += (points[n, x] - targets.circle[b, x]) * targets.circle[b, 3 + x]
-            out[3 * count + 3 + n] = gap * (targets.deep if gap < 0 else targets.touch[n])
-            out[4 * count + 3 + n] = (FLAT if targets.touch[n] != 0.0 else NEAR_FLAT) * off
+            out[3 * count + 3 + n] = gap * (targets.deep if gap < 0 else targets.touch[b, n])
+            out[4 * count + 3 + n] = (FLAT if targets.touch[b, n] != 0.0 else NEAR_FLAT) * off
             total += out[3 * count + 3 + n] ** 2 + out[4 * count + 3 + n] ** 2
     return 0.5 * total
 
@@ -112,9 +112,9 @@ def residual_jacobian(b, points, heads, ends, turns, targets, out):
                 square -= to * back
                 off += ends[n, x] * targets.circle[b, 3 + x]
             across = (square - place * along) / distance
-            share = targets.deep if gap < 0 else targets.touch[n]
+            share = targets.deep if gap < 0 else targets.touch[b, n]
             out[3 * count + 3 + n] = share * (by_along * along + by_across * across)
-            out[4 * count + 3 + n] = (FLAT if targets.touch[n] != 0.0 else NEAR_FLAT) * off
+            out[4 * count + 3 + n] = (FLAT if targets.touch[b, n] != 0.0 else NEAR_FLAT) * off
 
 
 @compiled

@@ -23,6 +23,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.robot.arm_joints import build_arm_joints
 
 
 @explain_fields
@@ -82,7 +83,7 @@ def encode_frames(
         DesignError: for the mode that sets joints, where the arm's limits are not known.
     """
     steps, task = choose_steps(len(commands), stride), seen[0].task
-    arm = build_arm_joints(task.design) if mode.sets_joints else None
+    arm = read_arm_joints(task.design) if mode.sets_joints else None
     before = Command(T_world_base=seen[0].T_world_base, cable_tension=np.zeros(task.design.n_cable))
     actions, clipped = [], 0.0
     agent, environment = [encode_agent(seen[0])], [encode_environment(seen[0])]
@@ -102,8 +103,8 @@ def encode_frames(
 
 
 @cache
-def build_arm_joints(design: TrunkDesign) -> ArmJoints:
-    """The joints of a design's arm, for the mode that sets them.
+def read_arm_joints(design: TrunkDesign) -> ArmJoints:
+    """The joints of a design's arm as environments have them, for the mode that sets them.
 
     Raises:
         DesignError: where their limits are not known.
@@ -115,4 +116,4 @@ def build_arm_joints(design: TrunkDesign) -> ArmJoints:
             "delta-pose-tension-pull or another mode of the base's pose, as this arm states no limits of all joints"
         )
         raise DesignError("demos.mode", got="joint-tension", allowed=allowed)
-    return ArmJoints(low=limits[0], high=limits[1], T_base=reach.T_base)
+    return build_arm_joints(reach)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from spiraltrunk.control.messages import Task
@@ -15,13 +14,10 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.build import build_task
-from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
 from spiraltrunk.workflows.grasp.choice.candidates import STAGES, Candidate
 from spiraltrunk.workflows.grasp.choice.ground import set_ground
-from spiraltrunk.workflows.grasp.world import Spread, draw_scene
-
-_AS_ANNOUNCED = Spread(position=0.0, yaw=0.0, size=0.0, mass=0.0, friction=(0.8, 0.8), sensors=SensorOptions())
+from spiraltrunk.workflows.grasp.world import AS_ANNOUNCED, draw_scene
 
 
 def rank_object(design: TrunkDesign, shape: ObjectSpec, stage: str = "ground") -> tuple[Candidate, ...]:
@@ -33,14 +29,13 @@ def rank_object(design: TrunkDesign, shape: ObjectSpec, stage: str = "ground") -
         UnknownName: for a stage that does not exist.
     """
     auto = Auto(design, stage, find_orientation(shape))
-    scene = set_ground(design, draw_scene(shape, 0, strategy=auto, spread=_AS_ANNOUNCED), auto)
-    plant = SimPlant(design, replace(scene, trunk=replace(scene.trunk, stiffness_factor=1.0)))
-    return auto.init(plant.reset()).candidates
+    scene = set_ground(design, draw_scene(shape, 0, strategy=auto, spread=AS_ANNOUNCED), auto)
+    return auto.init(SimPlant(design, scene).reset()).candidates
 
 
 def announce_task(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> Task:
     """The task of a strategy whose object is as announced."""
-    return build_task(design, draw_scene(shape, 0, strategy=strategy, spread=_AS_ANNOUNCED))
+    return build_task(design, draw_scene(shape, 0, strategy=strategy, spread=AS_ANNOUNCED))
 
 
 def find_able(design: TrunkDesign, shape: ObjectSpec) -> tuple[str, ...]:

@@ -7,9 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target, Task
-
-_FALLEN = 0.7
-"""Cosine of the angle between seen and announced axis below which an object has fallen over [-]."""
+from spiraltrunk.strategies.object_measures import UPRIGHT, is_upright
 
 
 def task_as_seen(observation: Observation) -> Task:
@@ -33,16 +31,16 @@ def task_as_seen(observation: Observation) -> Task:
 def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Target:
     target, ground = task.target, task.goal.ground
     along = float(np.dot(axis, target.axis))
-    stood = abs(float(target.axis[2])) > _FALLEN
+    stood = is_upright(target)
     if ground is None or target.kind == "sphere":
         return replace(target, position=position)
-    if stood and abs(along) > _FALLEN:
+    if stood and abs(along) > UPRIGHT:
         return replace(target, position=np.array([*position[:2], target.position[2]]))
     if stood:
         flat = axis * [1.0, 1.0, 0.0]
         axis, height = flat / np.linalg.norm(flat), target.width / 2
     else:
-        is_up = abs(float(axis[2])) > _FALLEN
+        is_up = abs(float(axis[2])) > UPRIGHT
         axis, height = (np.array([0.0, 0.0, 1.0]), target.length / 2) if is_up else (axis, target.width / 2)
     return replace(
         target,

@@ -13,7 +13,7 @@ from spiraltrunk.errors import DesignError, ModelError
 class Cause(Enum):
     """What went wrong first in a failed trial; the value is its name in reports.
 
-    The thresholds are constants of `spiraltrunk.workflows.grasp.failure`, each with its reason.
+    The thresholds are constants of `grasp_loss`, `push_loss` and `faults` beside this module, each with its reason.
     """
 
     MISSED = "missed"

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from spiraltrunk.strategies.object_measures import TOPPLED
 from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
 from spiraltrunk.workflows.grasp.verdict.course import Course, find_runs
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
@@ -20,9 +21,6 @@ LIFTED_TIME = 0.1
 
 AWAY = 0.030
 """Displacement from which an object is pushed away [m]: the largest error of position that strategies allow for."""
-
-TOPPLED = math.radians(45.0)
-"""Tilt from which a standing object has toppled [rad] (ours): halfway between standing and lying."""
 
 SLIP_LEAST = 0.020
 """Sliding along the trunk from which the grip is lost [m] (ours); of thinner objects, their width. Objects that are

@@ -20,7 +20,14 @@ from spiraltrunk.workflows.grasp.verdict.course import compute_angle
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions, find_failure
 from spiraltrunk.workflows.grasp.verdict.grasp_loss import DROP_SPEED, FALL_MOST, find_grasp_loss
-from spiraltrunk.workflows.grasp.verdict.moments import SLACK_SHARE, Span
+from spiraltrunk.workflows.grasp.verdict.moments import (
+    HOLD_HEIGHT,
+    HOLD_TOLERANCE,
+    REST_TIME,
+    REST_WAY,
+    SLACK_SHARE,
+    Span,
+)
 
 LIFT_TOLERANCE = 0.25
 """Largest deviation of lift and carry over the commanded ones [-] (ours)."""
@@ -72,7 +79,8 @@ def evaluate_grasp(evidence: Evidence) -> Verdict:
     lift = float(_displacement(evidence, moments.lift)[2])
     carry = float(np.linalg.norm(_displacement(evidence, moments.carry)[:2]))
     hold, aside = _time_held(evidence), float(np.linalg.norm(goal.aside))
-    place_error, is_held = float(np.linalg.norm(trace[-1].object_position - goal.place)), hold >= goal.hold - 0.05
+    place_error = float(np.linalg.norm(trace[-1].object_position - goal.place))
+    is_held = hold >= goal.hold - HOLD_TOLERANCE
     verdict = decide(
         (
             *fault_conditions(evidence),
@@ -173,7 +181,7 @@ def _time_held(evidence: Evidence) -> float:
     slack = SLACK_SHARE * evidence.task.target.mass * GRAVITY
     is_held = [
         s.string_tension <= slack and s.grip_force > 0 and not s.touches_table and not s.touches_robot
-        and abs(s.object_position[2] - mean) <= 0.02
+        and abs(s.object_position[2] - mean) <= HOLD_HEIGHT
         for s in part
     ]  # fmt: skip
     longest = max(len(list(run)) if holds else 0 for holds, run in groupby(is_held))
@@ -183,6 +191,6 @@ def _time_held(evidence: Evidence) -> float:
 def _is_released(evidence: Evidence) -> bool:
     """Whether the trunk has let go and the object lay still on table or ground over the last 0.2 s."""
     end = evidence.trace[-1].time
-    part = evidence.between((end - 0.2, end))
+    part = evidence.between((end - REST_TIME, end))
     moved = np.ptp([s.object_position for s in part], axis=0).max()
-    return moved <= 0.002 and part[-1].grip_force == 0.0 and part[-1].touches_table
+    return moved <= REST_WAY and part[-1].grip_force == 0.0 and part[-1].touches_table

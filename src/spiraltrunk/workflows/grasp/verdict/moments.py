@@ -13,6 +13,7 @@ import numpy as np
 
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.control.messages import Task
+from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.ground_truth import Sample
@@ -27,10 +28,10 @@ WAY_TOLERANCE = 0.24
 verdict's tolerance."""
 
 HOLD_TOLERANCE = 0.05
-"""Time by which a hold may be shorter than the goal's [s], as in the verdict."""
+"""Time by which a hold may be shorter than the goal's [s] (ours)."""
 
 HOLD_HEIGHT = 0.02
-"""Largest deviation of a held object from its mean height [m], as in the verdict."""
+"""Largest deviation of a held object from its mean height [m] (ours)."""
 
 ARM_STILL = 0.05
 """Largest range of a joint of the arm in which it counts as at rest [rad] (ours): 2 to 4 cm at the trunk's base."""
@@ -44,8 +45,14 @@ WAY_BEGUN = 0.1
 EVERY = 5
 """Samples from one look for a hold to the next [-] (ours)."""
 
-REST_STEPS, REST_WAY = 10, 0.002
-"""Samples over which an object at rest keeps its place (0.2 s), and within what distance [m], as in the verdict."""
+REST_TIME = 0.2
+"""Time over which an object at rest keeps its place [s] (ours)."""
+
+REST_STEPS = round(REST_TIME / CONTROL_PERIOD)
+"""Samples in that time [-]."""
+
+REST_WAY = 0.002
+"""Displacement that an object at rest may show in that time [m] (ours)."""
 
 
 @final

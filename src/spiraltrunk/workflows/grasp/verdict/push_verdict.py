@@ -18,6 +18,7 @@ from spiraltrunk.workflows.grasp.verdict.arm_conditions import arm_conditions
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions, find_failure
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict, decide, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.moments import REST_TIME, REST_WAY
 from spiraltrunk.workflows.grasp.verdict.push_loss import (
     GATE,
     compute_path,
@@ -27,12 +28,6 @@ from spiraltrunk.workflows.grasp.verdict.push_loss import (
 
 GRASP_ZONE = 0.05
 """Distance from its place within which the grasp after a sweep sets the object down [m], as for any grasp."""
-
-REST_TIME = 0.2
-"""Time over which an object at rest keeps its place [s] (ours)."""
-
-REST_WAY = 0.002
-"""Displacement that an object at rest may show in that time [m] (ours)."""
 
 
 def evaluate_kick(evidence: Evidence) -> Verdict:
@@ -71,7 +66,9 @@ def evaluate_sweep(evidence: Evidence) -> Verdict:
     )
     reason = next((text for holds, text in conditions if not holds), "success")
     success, is_swept = reason == "success", push is not None and after <= task.goal.zone
-    failure = None if success else grasp.failure if is_swept else find_failure(evidence, find_sweep_loss(evidence))
+    failure = grasp.failure if is_swept else None
+    if not success and failure is None:  # The push failed, if only by its begin or its end.
+        failure = find_failure(evidence, find_sweep_loss(evidence))
     return replace(grasp, success=success, reason=reason, failure=failure)
 
 
