@@ -42,7 +42,7 @@ def main(folders: Sequence[str]) -> int:
     fingers = json.loads(FINGERS.read_text())
     texts = {
         "settings": format_settings(result), "space": format_space(), "table": format_table(result),
-        "fingers": format_fingers(fingers, result["best"]),
+        "fingers": format_fingers(fingers, result["best"]), "former": format_former(fingers["former"]),
     }  # fmt: skip
     for name, text in texts.items():
         page = put_section(page, name, text)
@@ -80,6 +80,16 @@ def format_fingers(fingers: dict[str, Any], best: int) -> str:
         f"In the same worlds the preset `{fingers['design']}` takes {fingers['successes']} of {fingers['trials']} "
         f"({100 * fingers['low']:.0f} to {100 * fingers['high']:.0f} %). Candidate {best} differs from it by "
         f"{difference} % ({low} to {high} %, paired), p = {fingers['best']['p']:.2g}."
+    )
+
+
+def format_former(former: dict[str, Any]) -> str:
+    """The best trunk of a search before beside the preset ``paper``."""
+    low, high, difference = (f"{100 * former['paper'][key]:+.0f}" for key in ("low", "high", "difference"))
+    return (
+        f"In the same worlds the best trunk of the search before takes {former['successes']} of {former['trials']} "
+        f"({100 * former['low']:.0f} to {100 * former['high']:.0f} %). It differs from the preset `paper` by "
+        f"{difference} % ({low} to {high} %, paired), p = {former['paper']['p']:.2g}."
     )
 
 

@@ -178,11 +178,16 @@ class Robot(ABC):
 
         Raises:
             DriveError: as of `TrunkDriver.set_targets`.
+            RunError: where a fault is latched, which the driver's thread may do at any moment.
         """
         if self.slack:
             stroke = self.design.cable_stroke
             pulls = [compensate_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)]
-        self.driver.set_targets(tensions, list(pulls), valid_for=valid_for)
+        try:
+            self.driver.set_targets(tensions, list(pulls), valid_for=valid_for)
+        except DriveError:
+            self.raise_fault()
+            raise
 
     def let_go(self) -> None:
         """Disarm, and wait until the torque is off.

@@ -6,7 +6,7 @@ import math
 from contextlib import suppress
 from typing import final
 
-from spiraltrunk.errors import DriveError
+from spiraltrunk.errors import DriveError, RunError
 from spiraltrunk.hardware.driver.lateness import Lateness
 from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.safety.states import Mode
@@ -206,6 +206,6 @@ class RobotService:
         pulls = [math.inf if goal is None else aim for goal, aim in zip(self._goals, self._aims, strict=True)]
         try:
             self.robot.set_pulls(tensions, pulls, valid_for=VALIDITY)
-        except DriveError:
+        except (DriveError, RunError):
             if self.robot.driver.mode is Mode.ARMED:  # Else a fault came between, and is shown as such.
                 raise
