@@ -74,23 +74,30 @@ def format_table(result: dict[str, Any]) -> str:
 
 
 def format_fingers(fingers: dict[str, Any], best: int) -> str:
-    """The preset with large fingers beside the best candidate."""
-    low, high, difference = (f"{100 * fingers['best'][key]:+.0f}" for key in ("low", "high", "difference"))
+    """The preset with large fingers beside the preset ``paper`` and the best candidate."""
     return (
-        f"In the same worlds the preset `{fingers['design']}` takes {fingers['successes']} of {fingers['trials']} "
-        f"({100 * fingers['low']:.0f} to {100 * fingers['high']:.0f} %). Candidate {best} differs from it by "
-        f"{difference} % ({low} to {high} %, paired), p = {fingers['best']['p']:.2g}."
+        f"In the same worlds the preset `{fingers['design']}` takes {_format_count(fingers)}. It differs from the "
+        f"preset `paper` by {_format_difference(fingers['paper'])}, and candidate {best} differs from it by "
+        f"{_format_difference(fingers['best'])}."
     )
 
 
 def format_former(former: dict[str, Any]) -> str:
     """The best trunk of a search before beside the preset ``paper``."""
-    low, high, difference = (f"{100 * former['paper'][key]:+.0f}" for key in ("low", "high", "difference"))
     return (
-        f"In the same worlds the best trunk of the search before takes {former['successes']} of {former['trials']} "
-        f"({100 * former['low']:.0f} to {100 * former['high']:.0f} %). It differs from the preset `paper` by "
-        f"{difference} % ({low} to {high} %, paired), p = {former['paper']['p']:.2g}."
+        f"In the same worlds the best trunk of the search before takes {_format_count(former)}. It differs from the "
+        f"preset `paper` by {_format_difference(former['paper'])}."
     )
+
+
+def _format_count(counted: dict[str, Any]) -> str:
+    low, high = (f"{100 * counted[key]:.0f}" for key in ("low", "high"))
+    return f"{counted['successes']} of {counted['trials']} ({low} to {high} %)"
+
+
+def _format_difference(paired: dict[str, Any]) -> str:
+    low, high, difference = (f"{100 * paired[key]:+.0f}" for key in ("low", "high", "difference"))
+    return f"{difference} % ({low} to {high} %, paired, p = {paired['p']:.2g})"
 
 
 def put_section(page: str, name: str, text: str) -> str:

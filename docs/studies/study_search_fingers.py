@@ -56,6 +56,7 @@ def main(folders: Sequence[str]) -> int:
     fingers, former = presets.get("paper-large-grip"), build_candidate(FORMER, name="former")
     result = {
         "design": fingers.name, **try_trunk(folder, settings, fingers), "best": compare(folder, fingers.name, "best"),
+        "paper": compare(folder, "paper", fingers.name),
         "former": try_trunk(folder, settings, former) | {"paper": compare(folder, "paper", former.name)},
     }  # fmt: skip
     write_text(RESULT, format_json(result) + "\n")
