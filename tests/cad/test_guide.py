@@ -372,6 +372,18 @@ def test_the_top_view_shows_the_openings_where_the_parts_have_them(built):
     assert sum(word.startswith("motor ") for word in words) == built.design.n_cable
 
 
+def test_the_dorsal_mark_is_told_from_a_post_where_cable_1_is_not_dorsal(options):
+    cable = replace(presets.PAPER.cable, angles=tuple(math.radians(angle) for angle in (59, 179, 299)))
+    texts = {
+        design: next(s.work[0] for s in list_steps(build(design, options)) if s.title == "Motors into the housing")
+        for design in (presets.PAPER, replace(presets.PAPER, cable=cable))
+    }
+    straight, turned = texts.values()
+    assert "over one of the posts: the one from which the opening for the wires lies 131 deg anticlockwise" in straight
+    assert "179 deg clockwise, seen from above, from the post just past which the opening for the wires lies" in turned
+    assert "motor 1 at 119 deg, motor 2 at 239 deg and motor 3 at 359 deg" in turned
+
+
 def test_words_of_the_top_view_lie_on_no_line_of_their_own(built):
     from xml.etree import ElementTree as ET
 

@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spiraltrunk.cad.checks.assembly import check_hardware
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.cad.output.cable_lengths import cable_length
+from spiraltrunk.cad.output.catalogue import build_parts
 from spiraltrunk.design import presets
 from spiraltrunk.design.drum import DEAD_TURNS, DrumDesign, DrumOptions, full_turns, size_drum
 from spiraltrunk.errors import DesignError
@@ -64,6 +67,24 @@ def test_motors_stand_side_by_side_half_a_step_past_their_cables():
     ring, angles = motor_ring(presets.PAPER, MakeOptions()), motor_angles(presets.PAPER)
     assert 2 * ring * math.sin(math.pi / 3) == pytest.approx(66.7 + 2 * 0.2)
     assert angles == pytest.approx((math.pi / 3, math.pi, 5 * math.pi / 3))
+
+
+@given(st.floats(-360.0, 360.0), st.permutations((0.0, 120.0, 240.0)))
+def test_turned_and_reordered_cables_keep_their_way_to_the_drum(turn, angles):
+    angles = tuple(math.radians(angle + turn) for angle in angles)
+    design = replace(presets.PAPER, cable=replace(presets.PAPER.cable, angles=angles))
+    for angle, axis in zip(angles, motor_angles(design), strict=True):
+        assert 0.0 <= axis < 2 * math.pi
+        assert math.remainder(axis - angle - math.pi / 3, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert cable_length(design, MakeOptions()) == pytest.approx(cable_length(presets.PAPER, MakeOptions()), rel=1e-9)
+
+
+def test_a_turned_housing_holds_its_screws():
+    angles = tuple(angle + math.radians(59.0) for angle in presets.PAPER.cable.angles)
+    design = replace(presets.PAPER, cable=replace(presets.PAPER.cable, angles=angles))
+    parts = build_parts(design, ["housing"], MakeOptions())
+    straight = build_parts(presets.PAPER, ["housing"], MakeOptions())
+    assert check_hardware(design, MakeOptions(), parts) == check_hardware(presets.PAPER, MakeOptions(), straight)
 
 
 def test_a_makers_spool_can_be_described():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from spiraltrunk.files import lock
 from spiraltrunk.files.atomic import atomic_file, write_file, write_text
 
 KILLED = """
@@ -39,6 +41,41 @@ def test_drafts_of_other_files_stay(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", KILLED, str(tmp_path / "a.txt")], check=False)
     write_file(tmp_path / "b.txt", b"b")
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_draft_that_another_process_removes_before_it_is_locked_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened, others = os.open, []
+
+    def interrupt(path: Path, *arguments: int) -> int:
+        descriptor = opened(path, *arguments)
+        if len(others) < 3:
+            others.append(opened(path, os.O_RDWR))
+            fcntl.flock(others[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
+            path.unlink()
+        return descriptor
+
+    monkeypatch.setattr(lock.os, "open", interrupt)
+    with atomic_file(tmp_path / "a.txt") as draft:
+        assert list(tmp_path.iterdir()) == [draft]
+        draft.write_text("whole")
+    for other in others:
+        os.close(other)
+    assert len(others) == 3
+    assert {each.name: each.read_text() for each in tmp_path.iterdir()} == {"a.txt": "whole"}
+
+
+def test_a_draft_that_can_never_be_locked_is_an_error_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(descriptor: int, operation: int) -> None:
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    with pytest.raises(BlockingIOError) as caught:
+        write_file(tmp_path / "a.txt", b"a")
+    assert caught.value.filename == str(tmp_path / "a.txt")
 
 
 def test_a_full_disc_is_told_with_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

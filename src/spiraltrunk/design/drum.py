@@ -127,20 +127,21 @@ def motor_ring(width: float, n_cable: int) -> float:
 
 
 def motor_angles(design: TrunkDesign) -> tuple[float, ...]:
-    """Angles of the motors' axes, evenly spaced, each half a step past its cable [rad].
+    """Angles of the motors' axes, one for each cable in the order of the design, from 0 to below 2 pi [rad].
 
-    The offset gives each cable a free length to its drum, and thereby a small fleet angle.
+    They are evenly spaced, and the first cable's motor is half a step past it; so is every other one where the cables
+    are evenly spaced too. The offset gives each cable a free length to its drum, and thereby a small fleet angle.
     """
-    step = 2 * math.pi / design.n_cable
-    return tuple(step * (k + 0.5) for k in range(design.n_cable))
+    step, first = 2 * math.pi / design.n_cable, design.cable.angles[0] % (2 * math.pi)
+    past = [(angle - design.cable.angles[0]) % (2 * math.pi) for angle in design.cable.angles]
+    return tuple((first + step * (sorted(past).index(each) + 0.5)) % (2 * math.pi) for each in past)
 
 
 def _hole_distance(design: TrunkDesign, options: DrumOptions) -> float:
     """Least distance of a drum's axis from the hole of its cable at the base [m]."""
     ring = motor_ring(options.motor_diameter + 2 * options.motor_clearance, design.n_cable)
     hole = float(design.hole_position[0, 0, 1])
-    angles = sorted(angle % (2 * math.pi) for angle in design.cable.angles)
-    places = zip(motor_angles(design), angles, strict=True)
+    places = zip(motor_angles(design), design.cable.angles, strict=True)
     return min(math.dist(_polar(ring, axis), _polar(hole, angle)) for axis, angle in places)
 
 

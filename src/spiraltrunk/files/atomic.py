@@ -11,6 +11,9 @@ from pathlib import Path
 
 from spiraltrunk.files.lock import acquire_lock, remove_abandoned
 
+_DRAFTS = 10
+"""Largest number of drafts created in turn, where other processes remove each as an abandoned one (ours)."""
+
 
 @contextmanager
 def atomic_file(path: str | Path) -> Iterator[Path]:
@@ -27,9 +30,8 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
         name = f".spiraltrunk-{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:8]}-"
         for left in target.parent.glob(f"{name}*"):
             remove_abandoned(left)
-        draft = target.parent / f"{name}{secrets.token_hex(4)}{target.suffix}"
         try:
-            lock = acquire_lock(draft)
+            draft, lock = _open_draft(target, name)
         except OSError as error:
             raise _name(target, error) from None
         try:
@@ -80,6 +82,28 @@ def write_text(path: str | Path, text: str) -> None:
         OSError: where it cannot be written; it names ``path``.
     """
     write_file(path, text.encode(errors="backslashreplace"))
+
+
+def _open_draft(target: Path, name: str) -> tuple[Path, int]:
+    """A new draft beside the file, its name beginning with ``name``, and the descriptor that holds its lock.
+
+    Before this process has locked a draft that it created, a second process that writes the same file may hold its
+    lock, to remove it as an abandoned one (`remove_abandoned`). Then another draft is created.
+
+    Raises:
+        BlockingIOError: where that happens `_DRAFTS` times.
+        OSError: where the draft cannot be made.
+    """
+    for tried in range(1, _DRAFTS + 1):
+        draft = target.parent / f"{name}{secrets.token_hex(4)}{target.suffix}"
+        try:
+            lock = acquire_lock(draft)
+        except BlockingIOError:
+            if tried == _DRAFTS:
+                raise
+        else:
+            break
+    return draft, lock
 
 
 def _name(target: Path, error: OSError) -> OSError:

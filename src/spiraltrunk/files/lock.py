@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import logging
 import os
-import sys
 from contextlib import suppress
 from pathlib import Path
-
-if sys.platform != "win32":
-    import fcntl
 
 _UNSUPPORTED = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
 """Errors of file systems that have no locks."""
@@ -47,8 +44,6 @@ def release_lock(path: Path, descriptor: int) -> None:
 
 def remove_abandoned(path: Path) -> None:
     """Remove a file that was locked by a process which has ended; leave it where the process lives."""
-    if sys.platform == "win32":
-        return
     with suppress(OSError):  # Locked, gone, or not ours.
         descriptor = os.open(path, os.O_RDWR)
         try:
@@ -59,8 +54,6 @@ def remove_abandoned(path: Path) -> None:
 
 
 def _lock(descriptor: int, path: Path) -> None:
-    if sys.platform == "win32":
-        return
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

@@ -1,23 +1,23 @@
-"""Cache key of a design."""
+"""Cache key of an object by its identity."""
 
 from __future__ import annotations
 
-from typing import final
+from typing import Generic, TypeVar, final
 
-from spiraltrunk.design.trunk import TrunkDesign
+Kept = TypeVar("Kept")
 
 
 @final
-class IdentityKey:
-    """Key of a design by its identity, since hashing all its numbers takes as long as a solution."""
+class IdentityKey(Generic[Kept]):
+    """Key of a design or a task by its identity, since hashing all its numbers takes as long as a solution."""
 
-    __slots__ = ("design",)
+    __slots__ = ("value",)
 
-    def __init__(self, design: TrunkDesign) -> None:
-        self.design = design
+    def __init__(self, value: Kept) -> None:
+        self.value = value
 
     def __hash__(self) -> int:
-        return id(self.design)
+        return id(self.value)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, IdentityKey) and self.design is other.design
+        return isinstance(other, IdentityKey) and self.value is other.value

@@ -22,6 +22,8 @@ from typing import Any, final
 import numba.core.codegen
 from numba.core.typing.templates import Signature
 
+from spiraltrunk.processes.parent_death import end_with_parent
+
 _CORE: Any = numba.core
 """Numba's compiler, which has no types, and through it llvmlite."""
 
@@ -33,9 +35,6 @@ _PATIENCE = 120.0
 
 _PROGRAM = "import sys; sys.path[:] = {path!r}; from {module} import {name}; {name}.serve({parent})"
 """What the second process runs: it finds modules where this one does."""
-
-_PR_SET_PDEATHSIG = 1
-"""Option of prctl(2): the signal that a process gets at the death of the thread that started it."""
 
 
 @final
@@ -91,12 +90,8 @@ class SharedKernel:
         """Compile in the second process, which ends with its parent."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent ends this process.
         threading.Thread(target=_wait_for_close, daemon=True).start()
-        if sys.platform == "linux":
-            with suppress(OSError, AttributeError):
-                ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-            if os.getppid() != parent:
-                return
-        self._kernel.compile(self._sign().args)
+        if end_with_parent(parent):
+            self._kernel.compile(self._sign().args)
 
     def _load(self) -> bool:
         """Whether the machine code is on disc; it is loaded then."""

@@ -6,12 +6,9 @@ they work. This one ends as soon as the parent's end of its pipe is closed, whic
 
 from __future__ import annotations
 
-import ctypes
 import os
 import pickle
 import select
-import signal
-import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,14 +16,13 @@ from multiprocessing.connection import Connection
 from multiprocessing.spawn import prepare
 from typing import Any
 
+from spiraltrunk.processes.parent_death import end_with_parent
+
 READY = "ready"
 """Message of a process that has imported its work."""
 
 is_importing_main = False
 """Whether this process imports the main module of its parent."""
-
-_PR_SET_PDEATHSIG = 1
-"""Option of prctl(2): the signal that a process gets at the death of the thread that started it."""
 
 
 def serve(number: int, parent: int, *, is_main: bool) -> None:
@@ -63,11 +59,8 @@ def _end_with(parent: int, number: int, is_main: bool) -> None:
     Linux therefore kills the process as well.
     """
     threading.Thread(target=_wait_for_close, args=(number,), daemon=True).start()
-    if sys.platform == "linux" and is_main:  # At the end of another thread the parent may live on.
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # It died before.
-            os._exit(0)
+    if is_main and not end_with_parent(parent):  # At the end of another thread the parent may live on.
+        os._exit(0)
 
 
 def _wait_for_close(number: int) -> None:

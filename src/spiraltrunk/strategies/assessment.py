@@ -12,6 +12,7 @@ from spiraltrunk.strategies.fingertip.assess import assess_fingers, gripped_widt
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.plan import gripping_base
 from spiraltrunk.strategies.move_strategy import MoveState
+from spiraltrunk.strategies.moves import build_frame
 from spiraltrunk.strategies.scores import refuse
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.strategies.wrap.assess import assess_hung, assess_standing
@@ -54,7 +55,7 @@ def plan_frames(strategy: Strategy[Any], observation: Observation) -> list[np.nd
     rotation, frames = observation.T_world_base[:3, :3], []
     for move in state.sequence.moves if isinstance(state, MoveState) else ():
         rotation = rotation if move.rotation is None else move.rotation
-        frames.append(_frame(rotation, move.position))
+        frames.append(build_frame(move.position, rotation))
     return [*frames, *_grip_frames(observation)] if isinstance(strategy, TipStrategy) else frames
 
 
@@ -64,10 +65,4 @@ def _grip_frames(observation: Observation) -> list[np.ndarray]:
     grip = gripping_base(observation.task, seen_position(observation))
     lifted = grip + np.array([0.0, 0.0, goal.lift])
     put = gripping_base(observation.task, goal.place)
-    return [_frame(rotation, at) for at in (grip, lifted, lifted + goal.aside, put)]
-
-
-def _frame(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rotation, position
-    return T
+    return [build_frame(at, rotation) for at in (grip, lifted, lifted + goal.aside, put)]

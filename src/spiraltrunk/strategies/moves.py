@@ -171,12 +171,12 @@ def shift_later(sequence: MoveSequence, way: np.ndarray, phases: tuple[str, ...]
     return edit_moves(sequence, sequence.index + 1, shift)
 
 
-def build_frame(move: Move) -> np.ndarray:
-    """Frame of the base at the end of a move that has an orientation, shape (4, 4) [-, m]."""
+def build_frame(position: np.ndarray, rotation: np.ndarray | None) -> np.ndarray:
+    """Frame of the base at a position, shape (3,) [m], by default oriented as the world, shape (4, 4) [-, m]."""
     T_world_base = np.eye(4)
-    T_world_base[:3, 3] = move.position
-    if move.rotation is not None:
-        T_world_base[:3, :3] = move.rotation
+    T_world_base[:3, 3] = position
+    if rotation is not None:
+        T_world_base[:3, :3] = rotation
     return T_world_base
 
 

@@ -530,3 +530,14 @@ def test_a_users_arm_has_the_limits_that_its_file_states(named, changes, positio
 def test_the_plant_tells_the_limits_of_its_arm(named, robot):
     assert find_missing_limits(SimPlant(named(_mjcf())).arm_limits) == (*RATES, "torque")
     assert SimPlant(robot).arm_limits is ARMS[robot.arm.model].limits
+
+
+def test_steps_are_those_of_follow() -> None:
+    stepped, followed = ArmReach(PAPER), ArmReach(PAPER)
+    frame, q = stepped.T_base(stepped.home), followed.home
+    frame[:3, 3] += [0.05, 0.02, -0.03]
+    steps = list(stepped.steps(stepped.home, frame, 0.1, 20))
+    assert len(steps) == 20
+    for reached in steps:
+        q = followed.follow(q, frame, 0.1)
+        np.testing.assert_array_equal(reached, q)

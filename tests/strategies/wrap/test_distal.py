@@ -264,7 +264,8 @@ def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None
 def test_an_object_far_from_its_place_is_moved_there_before_it_is_lowered(off: float, is_moved: bool) -> None:
     state, seen = at_end_of("bring", np.array([0.0, 0.0, 1.0]))
     assert seen.camera is not None
-    side, frame, sequence = np.array([1.0, 0.0, 0.0]), build_frame(state.sequence.move), state.sequence
+    side, sequence = np.array([1.0, 0.0, 0.0]), state.sequence
+    frame = build_frame(sequence.move.position, sequence.move.rotation)
     sequence = replace(sequence, start=replace(sequence.start, T_world_base=frame))  # It moves no more.
     seen = replace(seen, camera=replace(seen.camera, position=seen.task.goal.place + np.array([off, 0.0, 0.1])))
     centred = center_place(sequence, seen, side, (0.0, 0.0))

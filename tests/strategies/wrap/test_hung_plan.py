@@ -80,7 +80,9 @@ def test_the_object_touches_down_slowly():
     before = sequence.moves[sequence.index - 1]
     assert before.action == "bring"
     assert before.position[2] - placing == pytest.approx(NEAR * length)
-    sequence = replace(sequence, start=replace(sequence.start, T_world_base=build_frame(before)))
+    sequence = replace(
+        sequence, start=replace(sequence.start, T_world_base=build_frame(before.position, before.rotation))
+    )
     times = np.linspace(0.0, sequence.move.duration, 2001)
     height = np.array([base_position(sequence, time)[2] for time in times])
     speed = -np.gradient(height, times)

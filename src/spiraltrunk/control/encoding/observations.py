@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Generic, TypeVar, final
 
 import numpy as np
 
 from spiraltrunk.control.loop import LONGEST
 from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model.identity_cache import IdentityKey
 
 KINDS = ("cylinder", "sphere", "box", "cone", "ring", "bottle")
 """Kinds of object with a number of their own; every other is "other"."""
-
-Kept = TypeVar("Kept")
 
 Row = tuple[str, float, float]
 """Name of a number, and its least and its largest value."""
@@ -51,7 +49,7 @@ def agent_names(design: TrunkDesign, n_arm: int = 7) -> tuple[str, ...]:
 
 def agent_bounds(design: TrunkDesign, n_arm: int = 7) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest values of `encode_agent`, two of shape (n,), float32, finite and read-only."""
-    return _find_agent_bounds(_Key(design), n_arm)
+    return _find_agent_bounds(IdentityKey(design), n_arm)
 
 
 def encode_agent(observation: Observation, command: Command | None = None) -> np.ndarray:
@@ -72,7 +70,7 @@ def encode_agent(observation: Observation, command: Command | None = None) -> np
         observation.cable_tension, observation.base_force, observation.base_torque, lead,
         (0.0 if command is None else command.gripper, observation.time / LONGEST),
     ])  # fmt: skip
-    low, high = _find_wide_bounds(_Key(observation.task.design), len(observation.arm_position))
+    low, high = _find_wide_bounds(IdentityKey(observation.task.design), len(observation.arm_position))
     return np.minimum(np.maximum(values, low), high).astype(np.float32)
 
 
@@ -93,7 +91,7 @@ def encode_environment(observation: Observation) -> np.ndarray:
     The announced object and the goal, which are constant in a run, and the camera's latest observation: whether there
     is one, its age over `LONGEST`, position and axis. Where nothing was seen, these are the announced ones, of age 0.
     """
-    values, camera = _encode_task(_Key(observation.task)).copy(), observation.camera
+    values, camera = _encode_task(IdentityKey(observation.task)).copy(), observation.camera
     if camera is not None:
         age = (observation.time - camera.time) / LONGEST
         look = np.array((1.0, age, *camera.position.tolist(), *camera.axis.tolist()))
@@ -102,24 +100,8 @@ def encode_environment(observation: Observation) -> np.ndarray:
     return values
 
 
-@final
-class _Key(Generic[Kept]):
-    """Cache key of a task or a design by identity: during a run it is the same object."""
-
-    __slots__ = ("value",)
-
-    def __init__(self, value: Kept) -> None:
-        self.value = value
-
-    def __hash__(self) -> int:
-        return id(self.value)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and self.value is other.value
-
-
 @lru_cache(maxsize=8)
-def _encode_task(key: _Key[Task]) -> np.ndarray:
+def _encode_task(key: IdentityKey[Task]) -> np.ndarray:
     """`encode_environment` where nothing was seen, which is constant in a run, float32 and read-only."""
     target = key.value.target
     look = (0.0, 0.0, *target.position.tolist(), *target.axis.tolist())
@@ -155,12 +137,12 @@ def _measure(design: TrunkDesign) -> tuple[int, float, float]:
 
 
 @lru_cache(maxsize=16)
-def _find_agent_bounds(design: _Key[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
+def _find_agent_bounds(design: IdentityKey[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
     return _read_bounds(_agent_rows(n_arm, *_measure(design.value)))
 
 
 @lru_cache(maxsize=16)
-def _find_wide_bounds(design: _Key[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
+def _find_wide_bounds(design: IdentityKey[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
     """The same bounds in float64, with which NumPy compares numbers of float64 without converting them each time."""
     low, high = _find_agent_bounds(design, n_arm)
     return low.astype(float), high.astype(float)

@@ -162,15 +162,17 @@ def solve_targets(
 
 
 @lru_cache(maxsize=64)
-def _keep_posed(key: IdentityKey, options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
+def _keep_posed(key: IdentityKey[TrunkDesign], options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
     """`_pose_tensions` for one target, cached; nothing is written into it."""
-    return pose_tensions(key.design, 1, options.statics)
+    return pose_tensions(key.value, 1, options.statics)
 
 
 @lru_cache(maxsize=128)
-def _keep_start_table(key: IdentityKey, case: LoadCase, options: InverseOptions) -> tuple[StartTable, Limits]:
+def _keep_start_table(
+    key: IdentityKey[TrunkDesign], case: LoadCase, options: InverseOptions
+) -> tuple[StartTable, Limits]:
     """Start table, and the limits of a search from it."""
-    table, length = get_start_table(key.design, case, options.samples, options.statics), key.design.length
+    table, length = get_start_table(key.value, case, options.samples, options.statics), key.value.length
     return table, Limits(
         options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
         count_bends(options.statics), table.slack,

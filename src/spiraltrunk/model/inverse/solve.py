@@ -293,9 +293,9 @@ def _build_targets(design: TrunkDesign, **parts: Any) -> Targets:
 
 
 @lru_cache(maxsize=64)
-def _keep_no_targets(key: IdentityKey) -> Targets:
+def _keep_no_targets(key: IdentityKey[TrunkDesign]) -> Targets:
     """`build_no_targets` for one target, cached; nothing is written into it."""
-    return build_no_targets(key.design, 1)
+    return build_no_targets(key.value, 1)
 
 
 def _build_solution(

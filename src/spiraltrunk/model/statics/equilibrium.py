@@ -263,8 +263,8 @@ def get_trunk(design: TrunkDesign, options: StaticsOptions) -> tuple[Trunk, np.n
 
 
 @lru_cache(maxsize=64)
-def _get_trunk(key: IdentityKey, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
-    trunk = build_trunk(key.design, options)
+def _get_trunk(key: IdentityKey[TrunkDesign], options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
+    trunk = build_trunk(key.value, options)
     return trunk, np.linalg.norm(trunk.beyond - trunk.before, axis=-1).sum(axis=0)
 
 

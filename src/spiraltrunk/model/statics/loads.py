@@ -144,14 +144,14 @@ def check_start(design: TrunkDesign, start: Shape) -> None:
 
 
 @lru_cache(maxsize=64)
-def _slack(key: IdentityKey) -> CableInput:
-    none = np.zeros(key.design.n_cable)
+def _slack(key: IdentityKey[TrunkDesign]) -> CableInput:
+    none = np.zeros(key.value.n_cable)
     return CableInput(none, none, np.full(none.size, True))
 
 
 @lru_cache(maxsize=64)
-def _own_weight(key: IdentityKey) -> BodyForces:
-    return read_forces(key.design, Loads())
+def _own_weight(key: IdentityKey[TrunkDesign]) -> BodyForces:
+    return read_forces(key.value, Loads())
 
 
 def _read_cables(name: str, value: ArrayLike, count: int, allowed: Range, unit: str) -> np.ndarray:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.field_docs import explain_fields
@@ -17,7 +16,7 @@ from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.objects.solids import NECK_SHARE
 from spiraltrunk.sim.objects.spec import ObjectSpec
 from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, compute_stable_poses
-from spiraltrunk.sim.objects.tessellation import hull_of_geom
+from spiraltrunk.sim.objects.tessellation import hull_faces, hull_of_geom
 
 SAME = math.cos(math.radians(5.0))
 """Cosine of the largest angle between poses that count as the same (ours) [-]."""
@@ -95,12 +94,7 @@ def _geom_triangles(geom: Geom) -> np.ndarray:
     if geom.vertices is not None and geom.faces is not None:
         return (geom.vertices @ geom.rotation.T + geom.position)[geom.faces]
     points, _ = hull_of_geom(geom, 48)
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
-    corners[inward] = corners[inward][:, ::-1]
-    return np.asarray(corners)
+    return np.asarray(points[hull_faces(points)])
 
 
 def list_figures(about: Description, name: str) -> dict[str, Any]:

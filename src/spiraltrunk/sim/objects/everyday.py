@@ -9,13 +9,13 @@ from itertools import pairwise
 from typing import final
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from spiraltrunk.checks import Range, check_range
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, compute_bounds
 from spiraltrunk.sim.objects.solids import SOLIDS
 from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec
+from spiraltrunk.sim.objects.tessellation import hull_faces
 
 WIDTHS, HEIGHTS, GRAMS = (0.025, 0.120), (0.030, 0.240), (0.020, 1.000)
 """Ranges of width [m], height [m] and mass [kg] of everyday things."""
@@ -200,15 +200,8 @@ def _revolve(radii: np.ndarray, tall: float) -> Solid:
 
 def _hull_geom(points: np.ndarray) -> Geom:
     """A mesh geom of the convex hull of points, its triangles counter-clockwise from outside."""
-    hull = ConvexHull(points)
-    place = np.full(len(points), -1)
-    place[hull.vertices] = np.arange(len(hull.vertices))
-    faces, vertices = place[hull.simplices], points[hull.vertices]
-    corners = vertices[faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
-    faces[inward] = faces[inward][:, ::-1]
-    return Geom(form="mesh", vertices=vertices, faces=faces)
+    kept, faces = np.unique(hull_faces(points), return_inverse=True)
+    return Geom(form="mesh", vertices=points[kept], faces=faces.reshape(-1, 3))
 
 
 def _convex(points: np.ndarray) -> Solid:

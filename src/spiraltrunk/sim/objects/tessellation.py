@@ -22,6 +22,17 @@ def choose_corners(count: int) -> int:
     return min(CORNERS, max(24, 4 * CORNERS // max(1, count) // 8 * 8))
 
 
+def hull_faces(points: np.ndarray) -> np.ndarray:
+    """Triangles of the convex hull of points as places among them, counter-clockwise from outside, shape (n, 3)."""
+    hull = ConvexHull(points)
+    faces = hull.simplices
+    corners = points[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return np.asarray(faces)
+
+
 def hull_of_geom(geom: Geom, corners: int = CORNERS) -> tuple[np.ndarray, np.ndarray]:
     """Convex hull of a geom in the object's frame: corners, shape (n, 3) [m], and edges between them, shape (m, 2)."""
     return _hull_cached(geom, corners if geom.vertices is None else 0)

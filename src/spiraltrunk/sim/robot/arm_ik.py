@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import final
 
 import mink
@@ -135,6 +136,12 @@ class ArmReach:
         if max(map(abs, step.tolist())) < _STILL:
             self.arrived = (reached.copy(), T_world_base.copy())
         return reached
+
+    def steps(self, q: np.ndarray, T_world_base: np.ndarray, dt: float, most: int) -> Iterator[np.ndarray]:
+        """Joint positions after each of ``most`` periods ``dt`` [s] of `follow` from ``q`` [rad] towards a frame."""
+        for _ in range(most):
+            q = self.follow(q, T_world_base, dt)
+            yield q
 
     def approach(self, q: np.ndarray, target: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions after one period ``dt`` [s] on the straight way from ``q`` to others, within speed and range.

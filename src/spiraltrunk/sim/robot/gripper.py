@@ -16,7 +16,7 @@ import numpy as np
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 from spiraltrunk.design.strand_route import find_strand_route
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
+from spiraltrunk.sim.robot.materials import FRICTION, SOLIMP, SOLREF
 
 GROUPS = ("gripper_close", "gripper_open")
 """Tendon and actuator of the two cable groups, on the fingers' inner and outer sides."""
@@ -26,6 +26,12 @@ LEGS = ("gripper_close_legs", "gripper_open_legs")
 
 PLATE, PLATE_RIM = 5e-3, 1.2e-3
 """Thickness of the printed plate of a large gripper, and its rim beyond the outer strands [m] (ours)."""
+
+DAMPING_TIME = 0.04
+"""Damping over stiffness of a finger joint [s] (ours: the default of the trunk's joints, `JointDesign`)."""
+
+FINGER_ARMATURE = 1e-6
+"""Inertia that is added to a finger joint [kg m^2] (ours), for the integrator."""
 
 SITE_SET_BACK = 0.08
 """Distance of a leg's sites behind the faces over its distance from the axis [-]; 0 would chatter in a shut gap."""
@@ -97,11 +103,11 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     stiffness = float(gripper.joint_stiffness[j])
     joint = body.add_joint(
         name=body.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1], limited=True,
-        range=[-gripper.delta_theta, gripper.delta_theta], armature=1e-6,
+        range=[-gripper.delta_theta, gripper.delta_theta], armature=FINGER_ARMATURE,
         solref_limit=SOLREF, solimp_limit=SOLIMP_LIMIT,
     )  # fmt: skip
     joint.stiffness[0] = stiffness
-    joint.damping[0] = 0.04 * stiffness
+    joint.damping[0] = DAMPING_TIME * stiffness
     radius = width / 2
     body.explicitinertial = True
     body.mass = mass
@@ -111,7 +117,7 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     body.add_geom(
         name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[radius, 0, 0],
         fromto=[middle - half, 0, 0, middle + half, 0, 0], rgba=[0.85, 0.45, 0.40, 1],
-        solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
+        solref=SOLREF, solimp=SOLIMP, condim=3, friction=FRICTION,
     )  # fmt: skip
 
 
@@ -121,7 +127,7 @@ def _add_plate(tip: mujoco.MjsBody, gripper: GripperDesign, end: float) -> None:
     tip.add_geom(
         name="gripper_plate", type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0, 0],
         fromto=[end - PLATE, 0, 0, end, 0, 0], rgba=[0.85, 0.45, 0.40, 1],
-        solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
+        solref=SOLREF, solimp=SOLIMP, condim=3, friction=FRICTION,
     )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.robot.gripper import add_gripper, add_legs, phalanx_name
-from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF, TRUNK_COLORS
+from spiraltrunk.sim.robot.materials import FRICTION, SOLIMP, SOLREF, TRUNK_COLORS
 
 _QUAT_MOUNT_TRUNK_WXYZ = (0.5, -0.5, -0.5, -0.5)
 """Rotation of the trunk in the mount: x along the mount's z axis, dorsal along the mount's x axis."""
@@ -43,6 +43,10 @@ ARMATURE = 1e-5
 """Least inertia that is added about each axis of a joint of 30 deg [kg m^2] (ours), for the integrator: cables that are
 held by length swing fast against the joints of a curled trunk (`cable_swing.compute_cable_swing`). Fine sections have
 more joints, and lighter ones, and each gets more: those of 20 deg chattered at their limits."""
+
+SCALED_ARMATURE = 2e-4
+"""Inertia that is added about each axis of a joint of 30 deg and scale 1 [kg m^2] (ours). It goes with the fifth power
+of the scale, as the inertia of a section; the larger of it and `ARMATURE` counts."""
 
 
 @explain_fields
@@ -196,7 +200,7 @@ def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, design: TrunkDesign, n:
     """
     mesh = spec.add_mesh(name=section_name(n), uservert=_section_vertices(design, n).ravel())
     is_last = n == design.n_section - 1
-    contact: dict[str, Any] = {"solref": SOLREF, "solimp": SOLIMP, "condim": 3, "friction": [1.0, 0.005, 1e-4]}
+    contact: dict[str, Any] = {"solref": SOLREF, "solimp": SOLIMP, "condim": 3, "friction": FRICTION}
     seen = contact if is_last else {"contype": 0, "conaffinity": 0, "group": 2}
     body.add_geom(
         name=section_name(n), type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name, rgba=TRUNK_COLORS[n % 2], **seen
@@ -212,7 +216,7 @@ def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, design: TrunkDesign, n:
 def _add_hinges(body: mujoco.MjsBody, design: TrunkDesign, i: int, options: TrunkOptions) -> None:
     stiffness = options.stiffness_factor * float(design.joint_stiffness[i])
     fineness = max(1.0, math.radians(30.0) / design.joint_limit)
-    armature = max(ARMATURE, 2e-4 * float(design.scale[i]) ** 5) * fineness**2
+    armature = max(ARMATURE, SCALED_ARMATURE * float(design.scale[i]) ** 5) * fineness**2
     for name in hinge_order(i):
         joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, armature=armature)
         joint.axis = [0, 1, 0] if name.endswith("_y") else [0, 0, 1]

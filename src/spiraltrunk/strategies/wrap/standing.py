@@ -166,7 +166,7 @@ class StandingWrap(MoveStrategy[StandingState]):
 
     def base_path(self, observation: Observation) -> tuple[np.ndarray, ...]:
         """Frames of the base at the ends of all moves of the first attempt."""
-        return tuple(build_frame(move) for move in plan_wrap(observation, self.plane)[0])
+        return tuple(build_frame(move.position, move.rotation) for move in plan_wrap(observation, self.plane)[0])
 
     def init(self, observation: Observation) -> StandingState:
         """Plan positions and tensions from design and object."""

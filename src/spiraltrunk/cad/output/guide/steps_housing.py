@@ -119,7 +119,6 @@ def _motors(build: Build) -> Step:
         [f"motor {k + 1} at {math.degrees(angle):.0f} deg" for k, angle in enumerate(motor_angles(build.design))]
     )
     share = 100 * (12.0 * build.design.n_cable + 20.0) / PORT**2  # Pairs of wires 5 x 2.4 mm; bus, servo, threads.
-    port = math.degrees(find_port(find_layout(build.design, build.options)))
     cables = join([f"{math.degrees(angle):.0f}" for angle in build.design.cable.angles]) + " deg"
     return Step(
         title="Motors into the housing",
@@ -127,9 +126,8 @@ def _motors(build: Build) -> Step:
                *(("printed double arm", "servo at its middle") if build.has_gripper else ())),
         makes=("housing with motors",), takes=("motor to housing",),
         work=(
-            "Hold the housing open side up. Draw the dorsal mark with a pen on the rim over one of the posts: the one "
-            f"from which the opening for the wires lies {port:.0f} deg anticlockwise, seen from above, just past the "
-            f"next post. Anticlockwise from the mark stand {places}, each over its hole in the floor, and guide and "
+            f"Hold the housing open side up. Draw the dorsal mark with a pen on the rim {_say_dorsal(build)}. "
+            f"Anticlockwise from the mark stand {places}, each over its hole in the floor, and guide and "
             f"cable k at {cables}. All angles in this guide are counted so; `pictures/top_view.svg` shows them.",
             "Stand each motor on the floor, turn it until its plugs point to the middle, and screw it from below with "
             f"four screws and the {name_key('M4', is_sunk=True)}, crosswise. No thread lock: it attacks the plastic.",
@@ -143,6 +141,19 @@ def _motors(build: Build) -> Step:
         ),
         check="every rotor turns a full turn by hand without touching a wire, and `candump` still shows all frames.",
     )  # fmt: skip
+
+
+def _say_dorsal(build: Build) -> str:
+    """Where dorsal lies on the housing's rim: over a post, where cable 1 is dorsal."""
+    layout, step = find_layout(build.design, build.options), 2 * math.pi / build.design.n_cable
+    if math.isclose(layout.posts[0], step):
+        port = math.degrees(find_port(layout))
+        return (
+            f"over one of the posts: the one from which the opening for the wires lies {port:.0f} deg anticlockwise, "
+            "seen from above, just past the next post"
+        )
+    past = math.degrees(layout.posts[0] % (2 * math.pi))
+    return f"{past:.0f} deg clockwise, seen from above, from the post just past which the opening for the wires lies"
 
 
 def _neck(build: Build) -> Step:

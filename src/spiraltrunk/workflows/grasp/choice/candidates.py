@@ -144,8 +144,8 @@ def follow_frames(reach: ArmReach, q: np.ndarray, frames: Iterable[np.ndarray]) 
 
 
 def _approach(reach: ArmReach, q: np.ndarray, frame: np.ndarray) -> np.ndarray:
-    for _ in range(_IK_STEPS):
-        before, q = q, reach.follow(q, frame, _IK_STEP)
+    for reached in reach.steps(q, frame, _IK_STEP, _IK_STEPS):
+        before, q = q, reached
         if float(np.abs(q - before).max()) < _IK_STILL:
             break
     return q

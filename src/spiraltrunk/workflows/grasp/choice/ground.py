@@ -112,8 +112,8 @@ def _find_reach(arm: ArmReach, place: np.ndarray, height: float) -> float:
     q = arm.home
     frame = arm.T_base(q)
     frame[:3, 3] = place[0], place[1], height
-    for _ in range(_STEPS):
-        before, q = q, arm.follow(q, frame, _STEP)
+    for reached in arm.steps(q, frame, _STEP, _STEPS):
+        before, q = q, reached
         if np.array_equal(q, before):
             break
     return height - float(np.linalg.norm(arm.T_base(q)[:3, 3] - frame[:3, 3]))

@@ -133,8 +133,8 @@ def _find_ease(
     q, ease = arm.home, np.inf
     for frame in path:
         ease = min(ease, _find_pedestal_gap(frame) / PEDESTAL_ROOM)
-        for _ in range(_STEPS):
-            before, q = q, arm.follow(q, frame, _PERIOD)
+        for reached in arm.steps(q, frame, _PERIOD, _STEPS):
+            before, q = q, reached
             margin = float(np.minimum(q - low, high - q).min())
             ease = min(ease, margin / MARGIN, GEARING / max(arm.find_gearing(q), 1e-9))
             if np.abs(q - before).max() < 1e-3:
