@@ -78,9 +78,18 @@ class Host:
         file = folder / "robot.toml"
         file.write_text(ROBOT.format(port=self.line.port))
         command = ["drive", "--robot", str(file), "--bus", "robot", "pull", "20", "-8", "-8", "--hold-s", "60"]
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "spiraltrunk", *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
+        before = signal.signal(
+            signal.SIGINT, signal.default_int_handler
+        )  # Heard also where tests run in the background.
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "spiraltrunk", *command],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        finally:
+            signal.signal(signal.SIGINT, before)
 
     def __enter__(self) -> Host:
         self.twin.start()
