@@ -151,11 +151,11 @@ class Watch:
         return dict(sizes)
 
     def count_objects(self) -> Counter[str]:
-        """Size of all objects of the JavaScript heap by kind and name [bytes]."""
+        """Size of all objects of the JavaScript heap, and of the browser's own, by kind and name [bytes]."""
         parts: list[str] = []
         take = lambda each: parts.append(each["chunk"])  # noqa: E731
         self._page.on("HeapProfiler.addHeapSnapshotChunk", take)
-        self._page.send("HeapProfiler.takeHeapSnapshot", {"reportProgress": False})
+        self._page.send("HeapProfiler.takeHeapSnapshot", {"reportProgress": False, "exposeInternals": True})
         self._page.remove_listener("HeapProfiler.addHeapSnapshotChunk", take)
         taken = json.loads("".join(parts))
         meta, nodes, names = taken["snapshot"]["meta"], taken["nodes"], taken["strings"]
