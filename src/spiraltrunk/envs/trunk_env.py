@@ -11,7 +11,6 @@ import numpy as np
 
 from spiraltrunk.checks import check_number, check_type
 from spiraltrunk.control.encoding import (
-    ControlMode,
     EncodedAction,
     Setpoint,
     encode_agent,
@@ -146,8 +145,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         for name, value in (("ends", ends), ("privileged", privileged), ("shadows", shadows)):
             check_type(name, value, bool)
         check_type("camera", camera, (bool, NoneType))
-        self._has_camera, self._timestep = camera, timestep
-        self._is_privileged, self._has_shadows = privileged, shadows
+        self._has_camera, self._is_privileged, self._has_shadows, self._timestep = camera, privileged, shadows, timestep
         self._set_pictures(cameras, picture_size, render_mode)
         self.metadata = {**self.metadata, "render_fps": round(1 / (CONTROL_PERIOD * periods))}
         self._max_episode_steps = max(1, round(episode_s / (CONTROL_PERIOD * periods)))
@@ -161,7 +159,10 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
             job=job, mode=mode, arm=build_arm_joints(reach), periods=periods, most_steps=self._max_episode_steps,
             is_dense=check_name("reward mode", reward_mode, REWARDS) == "dense", ends=ends,
         )  # fmt: skip
-        self._set_spaces(mode, reach.home.size)
+        self.action_space = build_action_space(mode, self.design, reach.home.size)
+        self.observation_space = build_observation_space(
+            self.design, reach.home.size, is_privileged=self._is_privileged, cameras=self._cameras, size=self._size
+        )
         self._world: World | None = None
         self._plant: SimPlant | None = None
         self._episode: Episode | None = None
@@ -174,13 +175,6 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         if render_mode is not None:
             check_name("render mode", render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
-
-    def _set_spaces(self, mode: ControlMode, n_arm: int) -> None:
-        """Spaces of actions and observations, for an arm of ``n_arm`` joints."""
-        self.action_space = build_action_space(mode, self.design, n_arm)
-        self.observation_space = build_observation_space(
-            self.design, n_arm, is_privileged=self._is_privileged, cameras=self._cameras, size=self._size
-        )
 
     @property
     def plant(self) -> SimPlant:

@@ -8,18 +8,27 @@ stiffness grow with tension.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.cables import planar_lever
+from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves
 
 CEILING = 0.95
 """Tension over the largest one that a winder may take to hold its length [-] (ours): the rest is left to move."""
 
 COMPLIANCE = 5e-5
 """Cable that a winder pays out over its tension while it holds a length [m/N], of the simulated winder."""
+
+TAUT = 1.0
+"""Tension of a dorsal cable that is just taut [N] (ours)."""
+
+AGAINST = 0.1
+"""Dorsal tension over the ventral one where cables rub [-] (ours)."""
 
 
 def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: float = 0.0) -> np.ndarray:
@@ -76,3 +85,23 @@ def hold_lengths(
     ceiling = np.where(ventral, CEILING * design.cable.tension_max, dorsal)
     ceiling[~ventral & (design.cable_direction[:, 1] <= 1e-6)] = 0.0
     return np.where(ventral, pull + COMPLIANCE * tension, np.inf), ceiling
+
+
+def counter_tension(design: TrunkDesign, ventral: float) -> float:
+    """Tension of the dorsal cables against ventral ones of tension ``ventral``, whose lengths are held [N].
+
+    They are just taut where cables run freely, as more tension would soften the trunk. Where cables rub, they take a
+    tenth of the ventral tension (docs/validation/stiffness.md).
+    """
+    return max(TAUT, AGAINST * ventral if design.cable.friction > 0 else 0.0)
+
+
+def hold_lengths_in(
+    sequence: MoveSequence, actions: tuple[str, ...], pull: np.ndarray, tension: np.ndarray
+) -> MoveSequence:
+    """The sequence with bounds as of `hold_lengths` in all moves of these actions, shapes (n_cable,) [m], [N]."""
+
+    def hold(move: Move) -> Move:
+        return replace(move, pull=pull, tension=tension) if move.action in actions else move
+
+    return edit_moves(sequence, 0, hold)

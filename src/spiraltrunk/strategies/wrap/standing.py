@@ -43,20 +43,18 @@ from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     PHASES,
-    Move,
     MoveSequence,
     advance,
     base_position,
     begin,
     build_frame,
-    edit_moves,
     fraction,
     insert_next,
     shift_later,
     turn_left,
 )
 from spiraltrunk.strategies.sensing import measure_lean, seen_position, ventral_tension, weight
-from spiraltrunk.strategies.stiffening import hold_lengths
+from spiraltrunk.strategies.stiffening import counter_tension, hold_lengths, hold_lengths_in
 from spiraltrunk.strategies.wrap.approach import approach_direction
 from spiraltrunk.strategies.wrap.arm_lag import Tensions, delay_tension
 from spiraltrunk.strategies.wrap.attempts import (
@@ -109,10 +107,6 @@ _ROUNDED = ("lift", "draw off")
 """Actions at whose end the base need not come to rest."""
 _TURNED = 0.005
 """Rest of a turn that may be cut short there [rad]: only velocity is continuous, not turning."""
-_TAUT = 1.0
-"""Tension of a dorsal cable that is just taut [N]."""
-_AGAINST = 0.1
-"""Dorsal tension over the ventral one where cables rub [-]."""
 
 
 @final
@@ -335,14 +329,10 @@ def _beyond_touch(state: StandingState, observation: Observation) -> float:
 
 
 def _stiffen(sequence: MoveSequence, state: StandingState, observation: Observation) -> MoveSequence:
-    """Hold the ventral lengths while carrying, dorsal cables against them.
-
-    The dorsal cables are just taut where cables run freely, as more tension would soften the trunk. Where cables rub,
-    they take a tenth of the ventral tension (docs/validation/stiffness.md).
-    """
+    """Hold the ventral lengths while carrying, dorsal cables against them."""
     design = observation.task.design
-    dorsal = max(_TAUT, _AGAINST * ventral_tension(observation) if design.cable.friction > 0 else 0.0)
-    return _hold_in_transport(sequence, *hold_lengths(design, state.pull, state.tight, dorsal=dorsal))
+    dorsal = counter_tension(design, ventral_tension(observation))
+    return hold_lengths_in(sequence, _STIFF, *hold_lengths(design, state.pull, state.tight, dorsal=dorsal))
 
 
 def _take_in(state: StandingState, observation: Observation) -> MoveSequence:
@@ -351,11 +341,4 @@ def _take_in(state: StandingState, observation: Observation) -> MoveSequence:
     pull, ceiling = hold_lengths(observation.task.design, state.pull, state.tight)
     if held is None or not (pull > held).any():
         return sequence
-    return _hold_in_transport(sequence, np.maximum(pull, held), np.maximum(ceiling, sequence.move.tension))
-
-
-def _hold_in_transport(sequence: MoveSequence, pull: np.ndarray, tension: np.ndarray) -> MoveSequence:
-    def hold(move: Move) -> Move:
-        return replace(move, pull=pull, tension=tension) if move.action in _STIFF else move
-
-    return edit_moves(sequence, 0, hold)
+    return hold_lengths_in(sequence, _STIFF, np.maximum(pull, held), np.maximum(ceiling, sequence.move.tension))
