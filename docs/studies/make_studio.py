@@ -67,11 +67,15 @@ def show_measure(page: Page) -> None:
 
 
 def show_robot(page: Page) -> None:
-    """The twin, connected; that of a picture before stays connected for a while."""
+    """The twin, homed and enabled, one cable wound in; that of a picture before stays connected for a while."""
     take = page.get_by_role("button", name="Take control", exact=True)
     page.get_by_role("button", name="Connect", exact=True).or_(take).click()
-    page.get_by_role("button", name="Home", exact=True).wait_for(timeout=LONGEST)
-    page.wait_for_timeout(3000)
+    for name in ("Home", "Enable"):
+        page.get_by_role("button", name=name, exact=True).click(timeout=LONGEST)
+    page.get_by_text("ARMED").wait_for(timeout=LONGEST)
+    for _ in range(4):
+        page.get_by_role("button", name="wind in", exact=True).filter(visible=True).nth(1).click()
+        page.wait_for_timeout(1500)
 
 
 TABS: dict[str, Callable[[Page], None]] = {

@@ -100,12 +100,12 @@ def _scale(ends: tuple[float, float]) -> Any:
 
 
 def collect_values(states: Sequence[RobotState], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pulls [mm], tensions [N] and temperatures [°C], shape (n_state, n_cable).
+    """Pulls without slack [mm], tensions [N] and temperatures [°C], shape (n_state, n_cable).
 
     No pull is known before homing, and no tension while the torque is off.
     """
     rows = [state.snapshot.cables for state in states]
-    pull = np.array([[1e3 * cable.pull for cable in row] for row in rows])
+    pull = 1e3 * np.array([state.pulls for state in states])
     pull[[not state.snapshot.is_homed for state in states]] = np.nan
     tension = np.array([[cable.tension for cable in row] for row in rows])
     tension[[state.snapshot.mode is not Mode.ARMED for state in states]] = np.nan

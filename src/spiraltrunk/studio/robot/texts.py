@@ -78,14 +78,18 @@ def _advise(state: RobotState | None, name: str, *, owner: str, is_mine: bool) -
 
 
 def format_cables(state: RobotState) -> str:
-    """Table of the cables."""
+    """Table of the cables.
+
+    It has no ``thead``: the table is sent anew several times a second, and of each ``thead`` Chromium 156 keeps a media
+    query for as long as the page is open.
+    """
     head = "".join(
         f'<th style="text-align:right;font-weight:600;padding:0 0 2px 6px">{title}</th>' for title in _TITLES
     )
     rows = "".join(_format_row(state, i) for i in range(len(state.goals)))
     return _wrap(
         '<table style="width:100%;border-collapse:collapse;font-variant-numeric:tabular-nums">'
-        f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{_format_loop(state)}"
+        f"<tbody><tr>{head}</tr>{rows}</tbody></table>{_format_loop(state)}"
     )
 
 
@@ -94,7 +98,7 @@ def _format_row(state: RobotState, i: int) -> str:
     is_armed = state.snapshot.mode is Mode.ARMED
     cells = (
         f'<span style="color:{COLORS[i % len(COLORS)]}">&#9632;</span> {i + 1}',
-        f"{round(1e3 * cable.pull, 1) + 0.0:.1f}" if state.snapshot.is_homed else "&ndash;",
+        f"{round(1e3 * state.pulls[i], 1) + 0.0:.1f}" if state.snapshot.is_homed else "&ndash;",
         "&ndash;" if not is_armed else "follows" if goal is None else f"{1e3 * goal:.1f}",
         f"{cable.tension:.1f}" if is_armed else "&ndash;",
         "&ndash;" if math.isnan(cable.temperature) else f"{cable.temperature:.0f}",

@@ -165,8 +165,12 @@ class Robot(ABC):
 
     def compute_pulls(self, snapshot: Snapshot) -> list[float]:
         """Cable pulled in since the straight trunk, as the trunk sees it, in a state of the driver [m]."""
-        pulls, stroke = [cable.pull for cable in snapshot.cables], self.design.cable_stroke
-        return [remove_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)] if self.slack else pulls
+        return self.remove_slack([cable.pull for cable in snapshot.cables])
+
+    def remove_slack(self, pulls: Sequence[float]) -> list[float]:
+        """Pulls as the trunk sees them, of those of the winders [m]."""
+        stroke = self.design.cable_stroke
+        return [remove_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)] if self.slack else [*pulls]
 
     def set_pulls(self, tensions: Sequence[float], pulls: Sequence[float], *, valid_for: float = RENEWAL) -> None:
         """Aim at these pulls, with their slack added.

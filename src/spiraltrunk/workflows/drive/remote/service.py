@@ -147,10 +147,10 @@ class RobotService:
         )  # fmt: skip
 
     def _read_goals(self, snapshot: Snapshot) -> tuple[float | None, ...]:
-        """Goals of the cables; a strategy has its own."""
+        """Goals of the cables as the trunk sees them; a strategy has its own."""
         if not self.run:
             return tuple(self._goals)
-        pulls = [cable.pull_target for cable in snapshot.cables]
+        pulls = self.robot.remove_slack([cable.pull_target for cable in snapshot.cables])
         return tuple(pull if math.isfinite(pull) else None for pull in pulls)
 
     def _say(self, note: str) -> None:
