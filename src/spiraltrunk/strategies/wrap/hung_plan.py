@@ -57,8 +57,10 @@ STEADY_TIME = 1.6
 OVERSHOOT = 0.3
 """Depth below the expected touch-down to which the base is lowered in search of the table [-]."""
 NEAR = 0.045
-"""Height above the expected touch-down from which the object is lowered slowly [-]. From 0.08 its low end still had 19
-to 97 mm to the table in simulated trials, of 40 mm planned."""
+"""Height above the expected touch-down from which the object is lowered slowly, over the length and the square of
+`stretch` [-]. From 0.08 its low end still had 19 to 97 mm to the table in simulated trials, of 40 mm planned. A long
+trunk is thick where it lies under the object, and meets the table sooner: with a radius of 55 mm six of 60 passed a
+torque limit of the arm without the square, and none with it."""
 NEAR_TILTED = 2.0
 """Addition for an object that is held beside its middle, over that lever [-]: its low end touches early. At 1.25
 and 1.5 some met the table while the arm still slowed down, and its torques passed their limit (simulated trials)."""
@@ -70,8 +72,8 @@ FALL = 1.5
 two fifths of its time at 1.5."""
 EASE = 0.5
 """Tension kept at touch-down, over the tension that carried the object [-]."""
-EASE_RISE = 0.12
-"""Rise of the base meanwhile [-]."""
+EASE_RISE = 0.06
+"""Rise of the base meanwhile [-]: twice as far, the trunk takes the object along, and drops it when it opens."""
 EASE_TIME = 0.4
 """Duration of the easing [s]."""
 OPEN_TIME = 3.0
@@ -140,7 +142,8 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
     lifted = hefted - goal.lift * down
     over = lifted + goal.aside
     placing = goal.place - center[0] * down - (center[1] + DRAG * length) * ahead
-    near, low = placing - NEAR * length * down, placing + OVERSHOOT * length * down
+    above, deeper = NEAR * stretch(design) ** 2 * length, OVERSHOOT * length
+    near, low = placing - above * down, placing + deeper * down
     clear = placing - BACK_OFF * length * ahead
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
     away, here = opened - WITHDRAWAL * length * ahead, observation.T_world_base[:3, 3]
@@ -156,7 +159,7 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
         wrap_move("carry", travel_time(over - lifted, acceleration=acceleration), over, pull),
         wrap_move("hold", goal.hold, over, pull),
         wrap_move("bring", travel_time(near - over, acceleration=acceleration), near, pull),
-        wrap_move("lower", lowering_time(design, near, low), low, pull),
+        wrap_move("lower", lowering_time(design, above + deeper), low, pull),
         wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED, acceleration=LEAVE_ACCELERATION), away, slack),
         wrap_move("rest", REST_TIME, away, slack),
     )
@@ -204,15 +207,14 @@ def touch_speed(design: TrunkDesign) -> float:
     return TOUCH_SPEED / stretch(design) ** 4
 
 
-def lowering_time(design: TrunkDesign, above: np.ndarray, low: np.ndarray) -> float:
-    """Duration of the lowering at `touch_speed` between two positions of the base, each (3,) [m] [s]."""
-    return FALL * float(np.linalg.norm(low - above)) / touch_speed(design)
+def lowering_time(design: TrunkDesign, way: float) -> float:
+    """Duration of the lowering by ``way`` [m] at `touch_speed` [s]."""
+    return FALL * abs(way) / touch_speed(design)
 
 
 def bring_higher(design: TrunkDesign, sequence: MoveSequence, rise: float) -> MoveSequence:
     """The sequence with the slow lowering from higher by ``rise`` [m]."""
-    up = np.array([0.0, 0.0, rise])
-    longer = lowering_time(design, up, 0.0 * up)
+    up, longer = np.array([0.0, 0.0, rise]), lowering_time(design, rise)
 
     def change(move: Move) -> Move:
         if move.action == "bring":
@@ -236,15 +238,15 @@ def ease_and_open(sequence: MoveSequence, observation: Observation) -> MoveSeque
     """Slacken and rise at touch-down, then open there and back off.
 
     An unloaded, tight trunk climbs up the object to the housing. A trunk that is drawn up while its tip is still curled
-    drags the object along. The rise of a long trunk takes longer by the square of its length: its inertia acts further
-    from the arm's last joints.
+    drags the object along. The rise of a long trunk takes longer by the fourth power of its length: it is heavier, and
+    its inertia acts further from the arm's last joints.
     """
     design, down = observation.task.design, base_directions(observation)[0]
     length, longer = design.length, stretch(design)
     position = base_position(sequence, observation.time) + -EASE_RISE * length * down
     eased = EASE * sequence.move.tension
     ease = replace(
-        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=longer**2 * EASE_TIME, position=position,
+        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=longer**4 * EASE_TIME, position=position,
         tension=eased,
     )  # fmt: skip
     back = BACK_OFF * length * observation.T_world_base[:3, 1]
