@@ -1,11 +1,12 @@
 """Which acts of a person make the browser page grow, and what of its memory: one act repeated in a fresh page.
 
-For each kind of act a studio and a headless Chromium are started, and a script in the page repeats the act. After
-each round the memory of the page's process is read, the garbage collected before: anonymous memory, memory shared with
-the GPU process, mapped files (the program's code, as far as it was used), and the JavaScript heap. The last row is read
-after a signal of memory pressure. A leak grows by the same amount each round, also late; caches and compiled functions
-level off. The GPU process draws where there is no graphics card, and is read apart. `--allocators` and `--snapshots`
-tell what is more at the end than after the first round; a snapshot takes some 30 MB itself, once.
+For each kind of act a studio and a headless Chromium are started, and a script in the page repeats the act. After each
+round the memory of the page's process is read, the garbage collected before: anonymous memory, memory shared with the
+GPU process, mapped files (the program's code, as far as it was used), the JavaScript heap, and the number of WebGL
+objects that the page holds. The last row is read after a signal of memory pressure. A leak grows by the same amount
+each round, also late; caches and compiled functions level off. The GPU process draws where there is no graphics card,
+and is read apart. `--allocators` and `--snapshots` tell what is more at the end than after the first round; a snapshot
+takes some 30 MB itself, once.
 
     python benchmarks/studio_acts.py --kinds design tabs --acts 300
 """
@@ -91,6 +92,19 @@ window.benchmarkActs = (() => {
 """
 """The acts, by the page's own controls. To drive each from outside would add memory of what drives."""
 
+_WEBGL = """
+window.benchmarkWebgl = 0;
+for (const [name, call] of Object.entries(Object.getOwnPropertyDescriptors(WebGL2RenderingContext.prototype))) {
+  const [, verb] = /^(create|delete)(?:Buffer|Texture|Program|Shader|VertexArray|Framebuffer|Renderbuffer|Query)$/
+    .exec(name) ?? [];
+  if (verb) WebGL2RenderingContext.prototype[name] = function (...given) {
+    if (verb === "create" || given[0]) window.benchmarkWebgl += verb === "create" ? 1 : -1;
+    return call.value.apply(this, given);
+  };
+}
+"""
+"""Counts the objects that the page has made in WebGL and not deleted."""
+
 KINDS = {
     "design": ("Design", "design"), "shape": ("Shape", "shape"), "tabs": ("Design", "tabs"), "play": ("Grasp", "play"),
     "scene": ("Grasp", "scene"), "robot": ("Robot", "wait"), "still": ("Grasp", "wait"), "mix": ("Grasp", "mix"),
@@ -109,7 +123,7 @@ class Watch:
         self._page.send("Performance.enable")
         self._events: list[Any] = []
         self._browser.on("Tracing.dataCollected", lambda each: self._events.extend(each["value"]))
-        self._wait = page.wait_for_timeout
+        self._wait, self._evaluate = page.wait_for_timeout, page.evaluate
         processes = self._browser.send("SystemInfo.getProcessInfo")["processInfo"]
         pages = [one for one in processes if one["type"] == "renderer"]  # Two more are kept in reserve, and do nothing.
         self._renderers = [max(pages, key=lambda one: one["cpuTime"])["id"]]
@@ -128,6 +142,7 @@ class Watch:
             **{f"page_{name}": read_kind(self._renderers, kind) for name, kind in KINDS_OF_MEMORY.items()},
             "gpu_anon_mb": read_kind(self._gpu, "RssAnon"), "heap_mb": round(figures["JSHeapUsedSize"] / 2**20, 2),
             "nodes": figures["Nodes"], "listeners": figures["JSEventListeners"], "documents": figures["Documents"],
+            "webgl": self._evaluate("benchmarkWebgl"),
         }  # fmt: skip
 
     def dump(self) -> dict[str, float]:
@@ -206,6 +221,7 @@ def measure(kind: str, arguments: argparse.Namespace) -> list[dict[str, Any]]:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         page = browser.new_page(viewport=SIZE)  # type: ignore[arg-type]
         page.set_default_timeout(PATIENCE)
+        page.add_init_script(_WEBGL)
         page.goto(address)
         page.get_by_role("button", pressed=True).wait_for()
         prepare(page, kind)
