@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.clock import SystemClock
 from spiraltrunk.hardware.driver.threaded_driver import ThreadedDriver
 
@@ -47,3 +48,15 @@ def test_the_loop_goes_on_while_its_lateness_is_summarised(slow):
     assert threaded.snapshot() == "late"
     before, after = driver.summarised
     assert after - before > 10
+
+
+def test_an_error_in_the_loop_is_a_run_that_failed_and_no_bad_input():
+    class Ending(SlowToSummarise):
+        def tick(self) -> None:
+            raise ZeroDivisionError("in the loop")
+
+    threaded = ThreadedDriver(Ending())
+    threaded._thread.join(5.0)
+    with pytest.raises(RunError, match="driver's loop ended: in the loop"):
+        threaded.tick()
+    threaded.close()

@@ -14,7 +14,7 @@ from typing import TypeVar, final
 
 from numpy.typing import ArrayLike
 
-from spiraltrunk.errors import DriveError
+from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.arm.arm_port import ArmPort, ArmState
 from spiraltrunk.hardware.clock import Clock
 from spiraltrunk.hardware.driver.snapshot import Snapshot
@@ -130,10 +130,10 @@ class ThreadedDriver:
         """Tell of an error that ended the thread.
 
         Raises:
-            DriveError: where there was one.
+            RunError: where there was one: the run is over, whatever was given.
         """
         if self._error is not None:
-            raise DriveError(f"the driver's loop ended: {self._error}") from self._error
+            raise RunError(f"the driver's loop ended: {self._error}") from self._error
 
     def close(self) -> None:
         """End the thread, let go, and release arm, servo and motors; harmless when called again."""
