@@ -72,8 +72,10 @@ FALL = 1.5
 two fifths of its time at 1.5."""
 EASE = 0.5
 """Tension kept at touch-down, over the tension that carried the object [-]."""
-EASE_RISE = 0.06
-"""Rise of the base meanwhile [-]: twice as far, the trunk takes the object along, and drops it when it opens."""
+EASE_RISE = 0.12
+"""Rise of the base meanwhile, over the length and the cube of `stretch` [-]: a long, thick trunk takes the object along
+and drops it as it opens. With a radius of 55 mm 53 of 60 simulated trials succeeded without the cube, 57 with half of
+this rise, as the cube has it."""
 EASE_TIME = 0.4
 """Duration of the easing [s]."""
 OPEN_TIME = 3.0
@@ -243,7 +245,7 @@ def ease_and_open(sequence: MoveSequence, observation: Observation) -> MoveSeque
     """
     design, down = observation.task.design, base_directions(observation)[0]
     length, longer = design.length, stretch(design)
-    position = base_position(sequence, observation.time) + -EASE_RISE * length * down
+    position = base_position(sequence, observation.time) + -EASE_RISE / longer**3 * length * down
     eased = EASE * sequence.move.tension
     ease = replace(
         sequence.move, action="ease", milestone=Milestone.RELEASED, duration=longer**4 * EASE_TIME, position=position,
