@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
@@ -80,3 +82,26 @@ def measure_lean(observation: Observation) -> float:
 def ventral_tension(observation: Observation) -> float:
     """Mean tension of the ventral cables [N]."""
     return float(observation.cable_tension[ventral_cables(observation.task.design)].mean())
+
+
+def tipping_displacement(length: float, width: float, height: float, offset: float = math.inf) -> float:
+    """Horizontal displacement of an object's centre while it tips flat about the end that touched first [m].
+
+    A rectangle of half length l and half width r is tilted by t on its low corner: its centre is l sin t + r cos t
+    above the table and l cos t - r sin t beside the corner. Flat, it is r above and l beside. The heights give the
+    tilt, and the tilt the displacement l - l cos t + r sin t; it is 0 at the level height or lower. A loaded trunk
+    sags, so that wide objects seem to touch higher than any tilt allows: the offset of the centre then bounds the tilt,
+    at most r sin t.
+
+    Args:
+        length: extent along the object's axis [m].
+        width: extent across [m].
+        height: height of the centre at touch-down above that of a level object [m].
+        offset: horizontal distance of the centre from what carries it [m].
+    """
+    half, radius = length / 2, width / 2
+    sine = min(1.0, (height + radius) / math.hypot(half, radius))
+    tilt = math.asin(max(0.0, sine)) - math.atan2(radius, half)
+    if sine == 1.0:
+        tilt = min(tilt, math.asin(min(1.0, abs(offset) / radius)))
+    return half - half * math.cos(tilt) + radius * math.sin(tilt) if tilt > 0 else 0.0

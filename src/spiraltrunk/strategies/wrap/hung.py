@@ -21,6 +21,7 @@ and rings need a better known position. Only the object's nominal position and s
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -32,6 +33,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.move_strategy import BORNE, LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     advance,
+    base_position,
     base_velocity,
     begin,
     command_at,
@@ -45,17 +47,21 @@ from spiraltrunk.strategies.sensing import (
     lever,
     limit_ventral_lead,
     load_fraction,
+    tipping_displacement,
     ventral_pull,
     ventral_tension,
     weight,
 )
+from spiraltrunk.strategies.timing import stretch, travel_time
 from spiraltrunk.strategies.wrap.hung_model import free_curl
 from spiraltrunk.strategies.wrap.hung_plan import (
     BACK_OFF,
     HEFT,
     NEAR_TILTED,
+    OVERSHOOT,
     bring_higher,
     ease_and_open,
+    lowering_time,
     plan_wrap,
     sag_correction,
     touch_speed,
@@ -85,6 +91,13 @@ WORSE = 1.4
 """Factor on these levers after the first attempt [-]: a swinging object may be met worse."""
 RECENTER = 0.65
 """Displacement of the next attempt over the lever [-]: in a single loop an object tilts and slides on."""
+TIP = 0.5
+"""Displacement before setting down, over the one that keeps the tipping object's centre in place and the fourth power
+of `stretch` [-]: a long trunk is thick where it lies under the object, which then seems to be tilted further."""
+TIP_LEAST = 0.02
+"""Displacement from which the object is moved before it is set down [-]."""
+TIP_RISE = 0.08
+"""Rise of the base for that displacement [-]."""
 _SMOOTHING = 0.2
 """Weight of a new reading in the exponential mean of the load, at 50 readings a second [-]."""
 _LEVER_SMOOTHING = 0.1
@@ -93,6 +106,8 @@ _N_TENSION = 31
 """Tensions at which free curl is tabulated."""
 _CARRYING = ("lift", "carry", "hold", "bring")
 """Actions in which cable that pays out is slip."""
+_COMING_DOWN = ("bring", "come near")
+"""Actions that bring the object near the table, and end where they are as slow as the lowering."""
 
 
 @final
@@ -108,6 +123,10 @@ class WrapState(LoadState):
     """Mean pull of the ventral cables when the present move began [m]."""
     lever: float = 0.0
     """Offset of the load from the base along the object's axis, smoothed [m]."""
+    offset: float = 0.0
+    """Offset of the object alone, at the end of the hold [m]."""
+    is_moved: bool = False
+    """Whether the object was moved after its low end had touched."""
 
 
 @final
@@ -140,7 +159,7 @@ class WrapVertical(MoveStrategy[WrapState]):
             return _answer_slip(state, observation)
         if action == "lower" or _is_near(state, observation):
             now = load_fraction(observation, weight(observation), state.weight_empty)
-            return _let_go(state, observation) if now <= BORNE else state
+            return _set_down(state, observation) if now <= BORNE else state
         return state
 
     def has_ended(self, state: WrapState, observation: Observation) -> bool:
@@ -165,7 +184,7 @@ class WrapVertical(MoveStrategy[WrapState]):
         if state.sequence.is_last:
             return replace(state, is_done=True)
         state = _go_on(state, observation)
-        return _straight_down(state, observation.task.design) if action == "bring" else state
+        return _straight_down(state, observation.task.design) if action in _COMING_DOWN else state
 
     def command(self, state: WrapState, observation: Observation) -> Command:
         """Command of the present move, the ventral cables kept together."""
@@ -269,12 +288,12 @@ def _correct_position(state: WrapState, observation: Observation) -> WrapState:
     sequence = shift_later(state.sequence, -offset * task.target.axis)
     if any(move.action == "rise on" for move in sequence.moves[: sequence.index]):
         sequence = shift_later(sequence, sag_correction(observation))
-    return replace(state, sequence=bring_higher(task.design, sequence, NEAR_TILTED * abs(offset)))
+    return replace(state, offset=offset, sequence=bring_higher(task.design, sequence, NEAR_TILTED * abs(offset)))
 
 
 def _is_near(state: WrapState, observation: Observation) -> bool:
     """Whether the object comes down to near the table, and slows down already."""
-    return state.sequence.move.action == "bring" and fraction(state.sequence, observation.time) > 0.5
+    return state.sequence.move.action in _COMING_DOWN and fraction(state.sequence, observation.time) > 0.5
 
 
 def _straight_down(state: WrapState, design: TrunkDesign) -> WrapState:
@@ -282,9 +301,33 @@ def _straight_down(state: WrapState, design: TrunkDesign) -> WrapState:
     return replace(state, sequence=replace(state.sequence, velocity=np.array([0.0, 0.0, -touch_speed(design)])))
 
 
-def _let_go(state: WrapState, observation: Observation) -> WrapState:
-    """Let go of an object that the table bears, also where it touched on the way down."""
-    sequence = state.sequence
-    if sequence.move.action != "lower":
-        sequence = advance(sequence, observation.time)
-    return replace(state, sequence=ease_and_open(sequence, observation))
+def _set_down(state: WrapState, observation: Observation) -> WrapState:
+    """Let go of an object that touches level; displace once, first, one that touches with an end.
+
+    Tipped flat about that end, it would lie beside its place. The end is on the side on which it hung beside the base.
+    """
+    if state.sequence.move.action != "lower":  # It touched on the way down: the lowering begins here.
+        state = replace(state, sequence=advance(state.sequence, observation.time))
+    sequence, design = state.sequence, observation.task.design
+    way = TIP / stretch(design) ** 4 * math.copysign(_tipping_displacement(state, observation), state.offset)
+    if state.is_moved or state.offset == 0.0 or abs(way) < TIP_LEAST * design.length:
+        return replace(state, sequence=ease_and_open(sequence, observation))
+    along = way * observation.task.target.axis
+    up = -TIP_RISE * design.length * base_directions(observation)[0]
+    touched = np.array([*sequence.move.position[:2], base_position(sequence, observation.time)[2]])
+    raised = replace(sequence.move, action="raise", duration=travel_time(up), position=touched + up)
+    aside = replace(raised, action="move along", duration=travel_time(along), position=touched + up + along)
+    again = replace(aside, action="come near", duration=travel_time(up), position=touched + along)
+    low = sequence.move.position + along
+    lower = replace(sequence.move, duration=lowering_time(design, again.position, low), position=low)
+    sequence = insert_next(shift_later(sequence, along), (raised, aside, again, lower))
+    return replace(state, is_moved=True, sequence=advance(sequence, observation.time))
+
+
+def _tipping_displacement(state: WrapState, observation: Observation) -> float:
+    """Displacement of the centre while the object that just touched tips flat about its low end [m]."""
+    expected = state.sequence.move.position[2] + OVERSHOOT * observation.task.design.length
+    target, height = observation.task.target, float(observation.T_world_base[2, 3]) - expected
+    if target.kind == "sphere":
+        return 0.0
+    return tipping_displacement(target.length, target.width, height, state.offset)

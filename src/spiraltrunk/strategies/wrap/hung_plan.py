@@ -144,8 +144,7 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
     lifted = hefted - goal.lift * down
     over = lifted + goal.aside
     placing = goal.place - center[0] * down - (center[1] + DRAG * length) * ahead
-    above, deeper = NEAR * stretch(design) ** 2 * length, OVERSHOOT * length
-    near, low = placing - above * down, placing + deeper * down
+    near, low = placing - NEAR * stretch(design) ** 2 * length * down, placing + OVERSHOOT * length * down
     clear = placing - BACK_OFF * length * ahead
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
     away, here = opened - WITHDRAWAL * length * ahead, observation.T_world_base[:3, 3]
@@ -161,7 +160,7 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
         wrap_move("carry", travel_time(over - lifted, acceleration=acceleration), over, pull),
         wrap_move("hold", goal.hold, over, pull),
         wrap_move("bring", travel_time(near - over, acceleration=acceleration), near, pull),
-        wrap_move("lower", lowering_time(design, above + deeper), low, pull),
+        wrap_move("lower", lowering_time(design, near, low), low, pull),
         wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED, acceleration=LEAVE_ACCELERATION), away, slack),
         wrap_move("rest", REST_TIME, away, slack),
     )
@@ -209,14 +208,15 @@ def touch_speed(design: TrunkDesign) -> float:
     return TOUCH_SPEED / stretch(design) ** 4
 
 
-def lowering_time(design: TrunkDesign, way: float) -> float:
-    """Duration of the lowering by ``way`` [m] at `touch_speed` [s]."""
-    return FALL * abs(way) / touch_speed(design)
+def lowering_time(design: TrunkDesign, above: np.ndarray, low: np.ndarray) -> float:
+    """Duration of the lowering at `touch_speed` between two positions of the base, each (3,) [m] [s]."""
+    return FALL * float(np.linalg.norm(low - above)) / touch_speed(design)
 
 
 def bring_higher(design: TrunkDesign, sequence: MoveSequence, rise: float) -> MoveSequence:
     """The sequence with the slow lowering from higher by ``rise`` [m]."""
-    up, longer = np.array([0.0, 0.0, rise]), lowering_time(design, rise)
+    up = np.array([0.0, 0.0, rise])
+    longer = lowering_time(design, up, 0.0 * up)
 
     def change(move: Move) -> Move:
         if move.action == "bring":
