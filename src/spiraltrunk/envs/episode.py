@@ -150,8 +150,7 @@ class Episode:
         plant, rules = self.plant, self._rules
         if action is None:
             assert command is not None
-            self.setpoint = restart_setpoint(command)
-            return plant.step(command)
+            return self._step_command(command)
         if not rules.mode.sets_joints:
             self.setpoint = follow_action(
                 self.setpoint, rules.mode, action, self.observation, period=period, periods=rules.periods
@@ -162,6 +161,12 @@ class Episode:
         joints = self._joints.follow(decode_joints(action, rules.arm), period=period, periods=rules.periods)
         self.setpoint = restart_setpoint(replace(wanted, T_world_base=plant.reach.T_base(joints)))
         return plant.step_joints(joints, self.setpoint.command)
+
+    def _step_command(self, command: Command) -> Observation:
+        """Follow a command as it is; the set points of later actions go on from it."""
+        observation = self.plant.step(command)  # Before the set point, which a refused command must not become.
+        self.setpoint = restart_setpoint(command)
+        return observation
 
     def _finish(self, fault: str, has_ended: bool) -> Outcome:
         """Reward, end and info of a step, in which the job may have ended."""
