@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -164,8 +165,13 @@ class Episode:
 
     def _step_command(self, command: Command) -> Observation:
         """Follow a command as it is; the set points of later actions go on from it."""
-        observation = self.plant.step(command)  # Before the set point, which a refused command must not become.
-        self.setpoint = restart_setpoint(command)
+        plant = self.plant
+        observation = plant.step(command)  # Before the set point, which a refused command must not become.
+        self.setpoint = restart_setpoint(deepcopy(command), self.setpoint.command)  # Callers may reuse their arrays.
+        if self._rules.mode.sets_joints:
+            *_, last, now = [*(sample.arm_command for sample in plant.trace[-2:]), *plant.predict_arm()]
+            is_moving = bool(self.setpoint.velocity.any())
+            self._joints.restart(now, (now - last) / CONTROL_PERIOD if is_moving else None)
         return observation
 
     def _finish(self, fault: str, has_ended: bool) -> Outcome:
