@@ -89,7 +89,7 @@ class Episode:
         self._joints.restart(self.observation.arm_position)
         self._evaluator = EpisodeEvaluator(plant, rules.job)
         self._potential = self._evaluator.potential(self._evaluator.measure())
-        self._steps, self._is_over = 0, False
+        self._steps, self._is_over, self._is_rewarded = 0, False, False
 
     def follow(self, action: np.ndarray | None, command: Command | None) -> Outcome:
         """Follow an action, or a command as it is, for the control periods of a step.
@@ -137,6 +137,7 @@ class Episode:
             plant=self.plant.get_state(), observation=self.observation, setpoint=self.setpoint,
             joints=self._joints.get_state(), referee=self._evaluator.referee.copy(), quiet=self._evaluator.quiet,
             potential=self._potential, steps=self._steps, is_over=self._is_over,
+            is_rewarded=self._is_rewarded,
         )  # fmt: skip
 
     def set_state(self, state: EpisodeState) -> None:
@@ -146,6 +147,7 @@ class Episode:
         self._joints.set_state(state.joints)
         self.observation, self.setpoint = state.observation, state.setpoint
         self._potential, self._steps, self._is_over = state.potential, state.steps, state.is_over
+        self._is_rewarded = state.is_rewarded
 
     def _step_plant(self, action: np.ndarray | None, command: Command | None, period: int) -> Observation:
         plant, rules = self.plant, self._rules
@@ -183,7 +185,8 @@ class Episode:
         is_terminated = rules.ends and (bool(fault) or is_success)
         terms = evaluator.measure()
         potential = evaluator.potential(terms)
-        terms["success"], terms["fault"] = float(is_success), float(bool(fault) and is_terminated)
+        is_first, self._is_rewarded = is_success and not self._is_rewarded, self._is_rewarded or is_success
+        terms["success"], terms["fault"] = float(is_first), float(bool(fault) and is_terminated)
         reward = SUCCESS * terms["success"]
         if rules.is_dense:
             reward += potential - self._potential + FAULT * terms["fault"]
