@@ -143,6 +143,32 @@ def test_the_end_of_a_job_is_seen_once_at_every_control_rate(control_hz, monkeyp
     assert wins.count(True) == 1
 
 
+def test_a_success_is_rewarded_once(monkeypatch):
+    env = make(
+        stage="ground", randomization="none", control_hz=10.0, ends=False, reward_mode="sparse", episode_s=1.5
+    )  # fmt: skip
+    env.reset(seed=0)
+    evaluator = env._episode._evaluator
+    evaluator.referee.reached[Milestone.RELEASED] = 0.0  # The object rests untouched from here on.
+    verdict = replace(evaluator.verdict(), success=True)
+    monkeypatch.setattr(type(evaluator), "verdict", lambda self: verdict)
+    state, told = None, []
+    while len(told) < 15:
+        _, reward, _, _, info = env.step(np.zeros(10))
+        told.append((reward, info["reward_terms"]["success"], info["is_success"]))
+        if reward and state is None:
+            state, place = env.get_state(), len(told)
+    rewards, terms, successes = zip(*told, strict=True)
+    assert sum(rewards) == sum(terms) == 1.0
+    assert sum(successes) == 2  # At rest, and when time is over.
+    env.set_state(state)
+    again = [env.step(np.zeros(10)) for _ in range(15 - place)]
+    assert [each[1] for each in again] == list(rewards[place:])
+    assert again[-1][4]["is_success"]
+    env.reset(seed=0)
+    assert not env.get_state().episode.is_rewarded
+
+
 def test_recorded_joint_actions_lead_to_the_same_positions_in_the_environment():
     env = make(control_mode="joint-tension")
     env.reset(seed=0)

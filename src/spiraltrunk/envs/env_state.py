@@ -40,6 +40,8 @@ class EpisodeState:
     """Steps since the reset."""
     is_over: bool
     """Whether the episode has ended."""
+    is_rewarded: bool
+    """Whether a success was rewarded, which is once in an episode."""
     quiet: int
     """Control periods for which the object has rested untouched [-]."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -88,7 +89,7 @@ class Episode:
         self._joints.restart(self.observation.arm_position)
         self._evaluator = EpisodeEvaluator(plant, rules.job)
         self._potential = self._evaluator.potential(self._evaluator.measure())
-        self._steps, self._is_over = 0, False
+        self._steps, self._is_over, self._is_rewarded = 0, False, False
 
     def follow(self, action: np.ndarray | None, command: Command | None) -> Outcome:
         """Follow an action, or a command as it is, for the control periods of a step.
@@ -136,6 +137,7 @@ class Episode:
             plant=self.plant.get_state(), observation=self.observation, setpoint=self.setpoint,
             joints=self._joints.get_state(), referee=self._evaluator.referee.copy(), quiet=self._evaluator.quiet,
             potential=self._potential, steps=self._steps, is_over=self._is_over,
+            is_rewarded=self._is_rewarded,
         )  # fmt: skip
 
     def set_state(self, state: EpisodeState) -> None:
@@ -145,13 +147,13 @@ class Episode:
         self._joints.set_state(state.joints)
         self.observation, self.setpoint = state.observation, state.setpoint
         self._potential, self._steps, self._is_over = state.potential, state.steps, state.is_over
+        self._is_rewarded = state.is_rewarded
 
     def _step_plant(self, action: np.ndarray | None, command: Command | None, period: int) -> Observation:
         plant, rules = self.plant, self._rules
         if action is None:
             assert command is not None
-            self.setpoint = restart_setpoint(command)
-            return plant.step(command)
+            return self._step_command(command)
         if not rules.mode.sets_joints:
             self.setpoint = follow_action(
                 self.setpoint, rules.mode, action, self.observation, period=period, periods=rules.periods
@@ -163,6 +165,17 @@ class Episode:
         self.setpoint = restart_setpoint(replace(wanted, T_world_base=plant.reach.T_base(joints)))
         return plant.step_joints(joints, self.setpoint.command)
 
+    def _step_command(self, command: Command) -> Observation:
+        """Follow a command as it is; the set points of later actions go on from it."""
+        plant = self.plant
+        observation = plant.step(command)  # Before the set point, which a refused command must not become.
+        self.setpoint = restart_setpoint(deepcopy(command), self.setpoint.command)  # Callers may reuse their arrays.
+        if self._rules.mode.sets_joints:
+            *_, last, now = [*(sample.arm_command for sample in plant.trace[-2:]), *plant.predict_arm()]
+            is_moving = bool(self.setpoint.velocity.any())
+            self._joints.restart(now, (now - last) / CONTROL_PERIOD if is_moving else None)
+        return observation
+
     def _finish(self, fault: str, has_ended: bool) -> Outcome:
         """Reward, end and info of a step, in which the job may have ended."""
         evaluator, rules = self._evaluator, self._rules
@@ -172,7 +185,8 @@ class Episode:
         is_terminated = rules.ends and (bool(fault) or is_success)
         terms = evaluator.measure()
         potential = evaluator.potential(terms)
-        terms["success"], terms["fault"] = float(is_success), float(bool(fault) and is_terminated)
+        is_first, self._is_rewarded = is_success and not self._is_rewarded, self._is_rewarded or is_success
+        terms["success"], terms["fault"] = float(is_first), float(bool(fault) and is_terminated)
         reward = SUCCESS * terms["success"]
         if rules.is_dense:
             reward += potential - self._potential + FAULT * terms["fault"]

@@ -29,9 +29,10 @@ class JointFollower:
         self._speed = np.minimum(np.broadcast_to(SPEED_SHARE * speed, shape), 1e2)
         self.restart(reach.home)
 
-    def restart(self, position: np.ndarray) -> None:
-        """The joints are at rest, shape (n_arm,) [rad]."""
-        self.position, self.velocity = position.copy(), np.zeros(position.shape)
+    def restart(self, position: np.ndarray, velocity: np.ndarray | None = None) -> None:
+        """Go on from joint positions [rad] and velocities [rad/s], shape (n_arm,) each; None for joints at rest."""
+        self.position = position.copy()
+        self.velocity = np.zeros(position.shape) if velocity is None else velocity.copy()
         self._wanted, self._start = position.copy(), position.copy()
 
     def follow(self, target: np.ndarray, *, period: int = 0, periods: int = 1) -> np.ndarray:

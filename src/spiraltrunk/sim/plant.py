@@ -75,14 +75,30 @@ class SimPlant(SimMachine, Plant):
         command = read_command(command, self.design.n_cable, self.design.cable.tension_max)
         command, position = self._delayed(command, position)
         start = self._arm_command
-        if position is None:
-            end = self.reach.follow(start, command.T_world_base, CONTROL_PERIOD)
-        else:
-            end = self.reach.approach(start, position, CONTROL_PERIOD)
+        end = self._lead_arm(start, command, position)
         self._pull(command)
         self._move_arm(end, has_arrived=end is start)
         self.record()
         return self._observe()
+
+    def predict_arm(self) -> list[np.ndarray]:
+        """Joint positions that the commands under way, which have not taken effect yet, will lead the arm to.
+
+        Returns:
+            One for each of these commands, in their order, shape (n_arm,) each [rad]; none where there is no delay.
+        """
+        arrived, position, ahead = self.reach.arrived, self._arm_command, []
+        for command, joints in self._pending:
+            position = self._lead_arm(position, command, joints)
+            ahead.append(position.copy())
+        self.reach.arrived = arrived  # As if nothing had been asked.
+        return ahead
+
+    def _lead_arm(self, start: np.ndarray, command: Command, position: np.ndarray | None) -> np.ndarray:
+        """Joint positions a control period after others by a command, or by joint positions, shape (n_arm,) [rad]."""
+        if position is None:
+            return self.reach.follow(start, command.T_world_base, CONTROL_PERIOD)
+        return self.reach.approach(start, position, CONTROL_PERIOD)
 
     def _move_arm(self, end: np.ndarray, *, has_arrived: bool) -> None:
         """Advance by a control period in which the arm's targets go to a position, shape (n_arm,) [rad]."""

@@ -158,6 +158,12 @@ def test_other_trunk(description: PolicyDescription, observation: Observation) -
         PolicyStrategy("policy:two", replace(description, n_cable=2), {}).init(observation)
 
 
+def test_an_arm_of_other_joints(waiting: PolicyStrategy, observation: Observation) -> None:
+    short = replace(observation, arm_position=np.zeros(6), arm_velocity=np.zeros(6))
+    with pytest.raises(ModelError, match=r"other inputs .* arm of 6 joints: 'arm_position_7', not 'arm_velocity_1'"):
+        waiting.init(short)
+
+
 def test_memory(observation: Observation) -> None:
     heavy = replace(observation, base_force=np.array([0.0, 0.0, -5.0]))
     memory = begin_memory(observation, np.zeros(10))

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import importlib
 import json
+from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
+import gymnasium
 import h5py
 import numpy as np
 import pytest
 
+from spiraltrunk.design import presets
+from spiraltrunk.design.toml import write_design
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.workflows.demos.dataset.layout import Episodes, Layout
 from spiraltrunk.workflows.demos.dataset.robomimic import write_robomimic
+from spiraltrunk.workflows.demos.recording.episode_file import load_episode, write_episode
 from spiraltrunk.workflows.demos.recording.pictures import decode
 
 
@@ -24,7 +31,15 @@ def test_demonstrations_are_the_episodes(stored: Episodes, layout: Layout, tmp_p
         assert json.loads(data.attrs["env_args"]) == {
             "env_name": "spiraltrunk/Grasp-v0",
             "type": 2,
-            "env_kwargs": {"stage": "ground", "control_mode": "delta-pose-tension-pull", "control_hz": 10},
+            "env_kwargs": {
+                "stage": "ground",
+                "strategy": "wrap-vertical",
+                "object": ["cylinder-60", "ball-80"],
+                "timestep": 0.002,
+                "design": "paper",
+                "control_mode": "delta-pose-tension-pull",
+                "control_hz": 10,
+            },
         }
         assert json.loads(data.attrs["action_names"]) == list(layout.action_names)
         for number, episode in enumerate(stored):
@@ -63,14 +78,31 @@ def test_every_tenth_demonstration_is_held_out(tmp_path: Path, count: int, held:
     assert sorted([*train, *valid]) == sorted(f"demo_{number}" for number in range(count))
 
 
-def test_the_environment_takes_what_is_told_of_it(stored: Episodes, layout: Layout, tmp_path: Path) -> None:
-    import gymnasium
-
-    write_robomimic(stored, layout, tmp_path)
+@pytest.mark.parametrize("design", [presets.PAPER, replace(presets.PAPER, name="mine")])
+def test_the_environment_is_that_of_the_demonstrations(
+    design: TrunkDesign, fakes: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = [
+        ("kick", "ball-80"),
+        ("wrap-horizontal", "cylinder-60"),
+        ("wrap-horizontal", "box-80"),
+        ("pinch", "ring-90"),
+    ]
+    files = tuple(tmp_path / f"{number}.npz" for number in range(len(drawn)))
+    for file, (strategy, name) in zip(files, drawn, strict=True):
+        write_episode(fakes.build_episode(5, strategy=strategy, name=name), file)
+    layout = replace(Layout.from_episode(load_episode(files[0])), design=design)
+    write_robomimic(Episodes(files), layout, tmp_path)
+    write_design(design, tmp_path / "trunk.toml")
     with h5py.File(tmp_path / "demos.hdf5") as file:
         told = json.loads(file["data"].attrs["env_args"])
         size = file["data"]["demo_0"]["actions"].shape[1]
     importlib.import_module("spiraltrunk.envs")
-    env = gymnasium.make(told["env_name"], **told["env_kwargs"])
+    monkeypatch.chdir(tmp_path)  # The design's file is named as it is in the folder.
+    env = gymnasium.make(told["env_name"], **told["env_kwargs"]).unwrapped
     assert env.action_space.shape == (size,)
-    assert env.unwrapped.metadata["render_fps"] == layout.fps
+    assert env.metadata["render_fps"] == layout.fps
+    assert env.design == design
+    assert (env.job, env._stage, env._strategy) == ("grasp", "ground", "wrap-horizontal")
+    assert env._objects == ("cylinder-60", "box-80")
+    assert env._timestep == 0.002

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,12 +11,14 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.design import presets
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, MissingPackage
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.build import build_task
-from spiraltrunk.strategies.policy.network import forward
+from spiraltrunk.strategies.policy.network import Network, forward
 from spiraltrunk.strategies.policy.policy_strategy import END, PolicyStrategy
 from spiraltrunk.workflows.grasp.world import draw_scene
+from spiraltrunk.workflows.learn import clone_policy as clone_module
 from spiraltrunk.workflows.learn.clone_policy import clone_policy
 from spiraltrunk.workflows.learn.cloning import CloningOptions, import_torch, split_episodes
 from spiraltrunk.workflows.learn.episodes import Episode
@@ -24,9 +27,11 @@ from spiraltrunk.workflows.learn.samples import Timing, list_stages, sample_epis
 UP, KEEP = ("transport", "lift", "lifted"), ("transport", "hold", "held")
 
 
-def make_episode(seed: int, up: int = 40, keep: int = 30) -> Episode:
+def make_episode(
+    seed: int, up: int = 40, keep: int = 30, *, design: TrunkDesign = presets.PAPER, n_arm: int = 7
+) -> Episode:
     """The base rises by 0.1 m at constant speed, then rests."""
-    task = build_task(presets.PAPER, draw_scene(parse_object("cylinder-60"), seed))
+    task = build_task(design, draw_scene(parse_object("cylinder-60"), seed))
     frame = np.eye(4)
     frame[:3, :3] = [[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]]
     frame[:3, 3] = 0.3 + 0.01 * seed, 0.1, 1.0
@@ -36,7 +41,7 @@ def make_episode(seed: int, up: int = 40, keep: int = 30) -> Episode:
         T[2, 3] += 0.1 * min(1.0, i / up)
         commands.append(Command(T_world_base=T, cable_tension=np.full(3, 10.0 * min(1.0, i / up))))
         observations.append(Observation(
-            time=0.02 * i, task=task, T_world_base=T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
+            time=0.02 * i, task=task, T_world_base=T, arm_position=np.zeros(n_arm), arm_velocity=np.zeros(n_arm),
             cable_pull=np.full(3, 1e-4 * i), cable_tension=np.zeros(3), base_force=np.array([0.0, 0.0, -2.0]),
             base_torque=np.zeros(3),
         ))  # fmt: skip
@@ -86,6 +91,43 @@ def test_split_is_by_episode_and_seed() -> None:
 def test_nothing_to_clone() -> None:
     with pytest.raises(DesignError, match="one success or more"):
         clone_policy([replace(make_episode(0), is_success=False)], strategies.get("wrap-vertical"))
+
+
+def build_network(n_input: int, n_output: int) -> Network:
+    return Network(
+        weights=(np.zeros((n_output, n_input)),), biases=(np.zeros(n_output),), activation="relu", output="linear",
+        input_mean=np.zeros(n_input), input_scale=np.ones(n_input), output_mean=np.zeros(n_output),
+        output_scale=np.ones(n_output),
+    )  # fmt: skip
+
+
+def test_a_policy_is_of_the_trunk_that_it_was_shown(monkeypatch):
+    def fit(samples, names, options, on_check):
+        assert {each.now.shape[1] for each in samples} == {len(names)}
+        sizes = {"action": 10, "stage": 3}
+        return SimpleNamespace(**{k: SimpleNamespace(network=build_network(len(names), n)) for k, n in sizes.items()})
+
+    monkeypatch.setattr(clone_module, "fit_clone", fit)
+    monkeypatch.setattr(clone_module, "read_versions", lambda *packages: {})  # PyTorch may be missing.
+    design, strategy = replace(presets.get("spirob-1m"), name="mine"), strategies.get("wrap-vertical")
+    shown = [make_episode(seed, design=design, n_arm=6) for seed in range(2)]
+    description = clone_policy(shown, strategy).description
+    assert description.provenance["design"] == "mine"
+    assert description.widths == strategy.widths(design) != strategy.widths(presets.PAPER)
+    assert "arm_position_6" in description.inputs
+    assert "arm_position_7" not in description.inputs
+
+
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        ({"design": presets.get("paper-large-grip")}, "trunks 'paper' and 'paper-large-grip', which differ; allowed"),
+        ({"n_arm": 6}, "arms of 7 and of 6 joints; allowed: demonstrations of one trunk"),
+    ],
+)
+def test_a_mix_of_robots_is_refused(other, told):
+    with pytest.raises(DesignError, match=told):
+        clone_policy([make_episode(0), make_episode(1, **other)], strategies.get("wrap-vertical"))
 
 
 def test_training_reduces_the_loss() -> None:

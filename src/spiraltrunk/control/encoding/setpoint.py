@@ -67,9 +67,20 @@ def begin_setpoint(observation: Observation) -> Setpoint:
     return restart_setpoint(rest)
 
 
-def restart_setpoint(command: Command) -> Setpoint:
-    """The set point of a base at rest at a command."""
-    return Setpoint(command=command, velocity=np.zeros((2, 3)), wanted=command, start=command)
+def restart_setpoint(command: Command, before: Command | None = None) -> Setpoint:
+    """The set point at a command that took effect as it is.
+
+    Args:
+        command: the command.
+        before: the command of the control period before, from which the base moves on at constant velocity. A command
+            farther from it than the largest speed goes in a control period is a jump, after which the base is at rest;
+            None for a base at rest.
+    """
+    moved = _NONE if before is None else measure_displacement(command.T_world_base, before.T_world_base)
+    velocity = np.array(moved) / CONTROL_PERIOD
+    if any(math.hypot(*row) > fastest for row, fastest in zip(velocity.tolist(), _FASTEST, strict=True)):
+        velocity = np.zeros((2, 3))
+    return Setpoint(command=command, velocity=velocity, wanted=command, start=command)
 
 
 def follow_action(

@@ -87,11 +87,11 @@ def measure_load(observation: Observation) -> np.ndarray:
     return np.array([weight(observation), lever(observation)])
 
 
-def list_inputs(design: TrunkDesign, stages: tuple[str, ...]) -> tuple[str, ...]:
-    """Name of each number of `build_inputs`, in order."""
+def list_inputs(design: TrunkDesign, stages: tuple[str, ...], n_arm: int = 7) -> tuple[str, ...]:
+    """Name of each number of `build_inputs`, in order, for an arm of ``n_arm`` joints."""
     cables = range(1, design.n_cable + 1)
     return (
-        *agent_names(design), *environment_names(),
+        *agent_names(design, n_arm), *environment_names(),
         *(f"stage_is_{name}" for name in stages),
         *(f"stage_time_to_{bound:g}_s" for bound in TIMES),
         *(f"stage_start_{name}" for name in action_names(MODE, design)),

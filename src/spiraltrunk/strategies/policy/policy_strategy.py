@@ -80,9 +80,9 @@ class PolicyStrategy(Strategy[PolicyState]):
         """Begin in the first stage.
 
         Raises:
-            ModelError: where the trunk has other observations than the policy was trained with.
+            ModelError: where trunk or arm has other observations than the policy was trained with.
         """
-        self._check_design(observation.task.design)
+        self._check_robot(observation.task.design, len(observation.arm_position))
         still = Command(T_world_base=observation.T_world_base, cable_tension=np.zeros(observation.cable_tension.shape))
         start = encode_command(MODE, still, still, observation.task).action.astype(float)
         return PolicyState(
@@ -145,17 +145,17 @@ class PolicyStrategy(Strategy[PolicyState]):
         lead = self._description.ventral_lead
         return command if lead is None else replace(command, cable_pull=limit_ventral_lead(observation, lead))
 
-    def _check_design(self, design: TrunkDesign) -> None:
+    def _check_robot(self, design: TrunkDesign, n_arm: int) -> None:
         if design.n_cable != self._description.n_cable:
             raise ModelError(f"the trunk has {design.n_cable} cables; allowed: {self._description.n_cable}, as trained")
         for kind, given, known in (
-            ("inputs", self._description.inputs, list_inputs(design, self._stages)),
+            ("inputs", self._description.inputs, list_inputs(design, self._stages, n_arm)),
             ("outputs", self._description.outputs, action_names(MODE, design)),
         ):
             if given != known:
                 raise ModelError(
-                    f"{self.name} has other {kind} than this version: {describe_difference(given, known)}; "
-                    "allowed: a policy that this version trained"
+                    f"{self.name} has other {kind} than this version with an arm of {n_arm} joints: "
+                    f"{describe_difference(given, known)}; allowed: a policy that this version trained for such a robot"
                 )
 
 

@@ -98,7 +98,8 @@ def build_episode(
         "job": "kick" if strategy == "kick" else "grasp",
         "reason": "success" if success else "lifted 2 cm", "cause": None, "index": index,
         "world": {"support": "ground", "orientation": "upright", "friction": 0.8}, "versions": {"mujoco": "4"},
-        "verdict": {"lift_m": 0.2}, "design": format_design(presets.PAPER), "task": describe_task(seen[0].task),
+        "verdict": {"lift_m": 0.2, "timestep_s": 0.002}, "design": format_design(presets.PAPER),
+        "task": describe_task(seen[0].task),
         "recording": recording.settings(), "phases": list(PHASE_NAMES), "milestones": list(MILESTONE_NAMES),
     }  # fmt: skip
     return Episode(

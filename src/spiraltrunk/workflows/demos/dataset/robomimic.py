@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from spiraltrunk.design import presets
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.workflows.demos.dataset.columns import (
     compute_reward,
     describe_provenance,
@@ -26,6 +28,9 @@ FILE = "demos.hdf5"
 GYM = 2
 """Number of Gymnasium's environments in robomimic's ``EnvType``."""
 
+DESIGN_FILE = "trunk.toml"
+"""File of the robot's design, beside `FILE` in a folder of demonstrations."""
+
 HELD_OUT = 0.1
 """Share of the demonstrations in ``mask/valid`` [-]; the others are in ``mask/train``."""
 
@@ -41,15 +46,15 @@ def write_robomimic(episodes: Episodes, layout: Layout, folder: Path) -> None:
     """
     import h5py
 
-    total, stages = 0, dict[str, str]()
+    total, worlds = 0, dict[str, dict[str, Any]]()
     with h5py.File(folder / FILE, "w") as file:
         data = file.create_group("data")
         for number, episode in enumerate(episodes):
             _add_demonstration(data.create_group(f"demo_{number}"), episode, layout)
             total += len(episode.frames)
-            stages.setdefault(episode.about["job"], episode.about["world"]["support"])
+            _collect_world(worlds, episode)
         data.attrs["total"] = total
-        data.attrs["env_args"] = json.dumps(_describe_environment(stages, layout))
+        data.attrs["env_args"] = json.dumps(_describe_environment(worlds, layout))
         for key, names in _describe_names(layout).items():
             data.attrs[key] = json.dumps(names)
         _add_masks(file.create_group("mask"), len(episodes))
@@ -85,16 +90,34 @@ def _add_masks(group: Any, count: int) -> None:
         group.create_dataset(key, data=np.array(chosen, dtype=object), dtype=h5py.string_dtype())
 
 
-def _describe_environment(stages: Mapping[str, str], layout: Layout) -> dict[str, Any]:
+def _collect_world(worlds: dict[str, dict[str, Any]], episode: Episode) -> None:
+    """Add an episode to the worlds of each job: arguments of `TrunkEnv`, those of the job's first strategy."""
+    about = episode.about
+    first = {"stage": about["world"]["support"], "strategy": about["strategy"], "object": list[str]()}
+    world = worlds.setdefault(about["job"], {**first, "timestep": about["verdict"]["timestep_s"]})
+    if world["strategy"] == about["strategy"] and about["object"] not in world["object"]:
+        world["object"].append(about["object"])
+
+
+def _describe_environment(worlds: Mapping[str, dict[str, Any]], layout: Layout) -> dict[str, Any]:
     """robomimic's ``env_args``: the environment of the demonstrations, of the first job where they have several.
 
+    Its ``env_kwargs`` are arguments of `TrunkEnv`. Randomisation and camera are its defaults, the survey's.
+
     Args:
-        stages: support of the object in the first demonstration of each job.
-        layout: control mode and rate of the actions.
+        worlds: arguments of `TrunkEnv` that say the worlds of each job.
+        layout: the robot, and control mode and rate of the actions.
     """
-    job = next(job for job in _ENVIRONMENTS if job in stages)
-    arguments = {"stage": stages[job], "control_mode": layout.mode.value, "control_hz": layout.fps}
+    job = next(job for job in _ENVIRONMENTS if job in worlds)
+    actions = {"control_mode": layout.mode.value, "control_hz": layout.fps}
+    arguments = {**worlds[job], "design": _name_design(layout.design), **actions}
     return {"env_name": _ENVIRONMENTS[job], "type": GYM, "env_kwargs": arguments}
+
+
+def _name_design(design: TrunkDesign) -> str:
+    """Name of a preset, else the file of the design in the folder of demonstrations."""
+    is_preset = design.name in presets.NAMES and presets.get(design.name) == design
+    return design.name if is_preset else DESIGN_FILE
 
 
 def _describe_names(layout: Layout) -> dict[str, tuple[str, ...]]:

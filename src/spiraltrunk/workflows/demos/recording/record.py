@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, final
 
 import numpy as np
@@ -13,6 +13,7 @@ from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.toml import format_design
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.scene.scene_file import format_scene
 from spiraltrunk.workflows.demos.options import RecordingOptions
@@ -38,7 +39,7 @@ _UNTOLD = ("files", "world", "versions", "real_time_factor")
 
 @final
 class Recorder:
-    """Runs a trial and keeps what its log does not: the simulator's velocities."""
+    """Runs a trial and keeps what its log does not: velocities, and joint positions that commands lead to."""
 
     def __init__(self) -> None:
         self.trial: Trial | None = None
@@ -47,6 +48,8 @@ class Recorder:
         """What counts as success: the strategy's job."""
         self.velocity: list[np.ndarray] = []
         """Generalised velocities after each command, shape (n_v,) each [m/s, rad/s]."""
+        self.arm_position: list[np.ndarray] = []
+        """Joint positions of the arm that each command leads to, shape (n_arm,) each [rad]."""
 
     def run(self, design: TrunkDesign, options: SceneOptions, *, strategy: Strategy[Any], seed: int) -> Trial:
         """`run_scene`, recorded.
@@ -62,17 +65,28 @@ class Recorder:
 
         self.job = strategy.job
         self.trial = run_plant(plant, strategy, seed=seed, watch=watch)
+        self.arm_position = list_arm_positions(plant)
         return self.trial
 
 
+def list_arm_positions(plant: SimPlant) -> list[np.ndarray]:
+    """Joint positions of the arm that each command since the reset leads to, shape (n_arm,) each [rad].
+
+    A command takes effect after the delay of the scene, so that its positions come later in the trace by as much. Those
+    of the last commands, which have not taken effect, are what inverse kinematics makes of them from there on.
+    """
+    ahead = plant.predict_arm()
+    return [*(sample.arm_command for sample in plant.trace[1 + len(ahead) :]), *ahead]
+
+
 def build_episode(
-    trial: Trial, velocity: Sequence[np.ndarray], name: str, recording: RecordingOptions, extra: Mapping[str, Any]
+    trial: Trial, recorder: Recorder, name: str, recording: RecordingOptions, extra: Mapping[str, Any]
 ) -> Episode:
     """The episode of a trial, its pictures rendered.
 
     Args:
         trial: a trial that has run, with one command or more.
-        velocity: generalised velocities after each command, shape (n_v,) each.
+        recorder: what ran it.
         name: name of the object.
         recording: what is recorded.
         extra: further provenance, ready for JSON.
@@ -82,8 +96,8 @@ def build_episode(
         MissingPackage: where there is no OpenGL for pictures, or no encoder.
     """
     positions = [sample.qpos for sample in trial.plant.trace]
-    moving = np.stack([np.zeros_like(velocity[0]), *velocity])
-    log, led = trial.log, [sample.arm_command for sample in trial.plant.trace[1:]]
+    moving = np.stack([np.zeros_like(recorder.velocity[0]), *recorder.velocity])
+    log, led = trial.log, recorder.arm_position
     times = np.array([sample.time for sample in trial.plant.trace])
     return Episode(
         about={**_describe(trial, name, recording), **extra},

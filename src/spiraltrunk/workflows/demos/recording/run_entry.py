@@ -28,7 +28,7 @@ def record_entry(
     row = compute_row(entry, design, timestep, run=recorder.run)
     if is_kept(row, recording) and recorder.trial is not None:
         extra = {"index": entry.index, "job": recorder.job, "source": compute_source()}
-        episode = build_episode(recorder.trial, recorder.velocity, entry.object, recording, extra)
+        episode = build_episode(recorder.trial, recorder, entry.object, recording, extra)
         write_episode(episode, folder / name_episode(entry.strategy, entry.index))
     return row
 
