@@ -156,6 +156,19 @@ def test_overlap_lack_and_strangers_are_told(shards: Path, fakes: ModuleType, pl
         assert not (shards / "out").exists()
 
 
+def test_shards_with_another_content_of_a_file_are_told(fakes: ModuleType, plan: SurveyPlan, tmp_path: Path) -> None:
+    vase = tmp_path / "vase.stl"
+    own = replace(plan, objects={"kick": (f"stl:path={vase},mass_g=9",)}, trials=2)
+    for number in (1, 2):
+        vase.write_text(f"vase {number}")
+        shard = replace(own, shard=Shard(number=number, count=2))
+        run_survey(shard, folder=tmp_path / str(number), work=fakes.work, engine=fakes.run_inline)
+    with pytest.raises(SurveyError, match="they differ in files; allowed: shards of one survey"):
+        merge(tmp_path, "1", "2")
+    with pytest.raises(SurveyError, match=r"holds a survey with another content of \[\".*vase.stl\"\]; allowed"):
+        run_survey(replace(own, shard=Shard(number=1, count=2)), folder=tmp_path / "1", work=fakes.work)
+
+
 def test_a_shard_half_done_is_told(shards: Path) -> None:
     log = shards / "2" / "trials.jsonl"
     lines = log.read_text().splitlines(keepends=True)

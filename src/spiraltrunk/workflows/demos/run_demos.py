@@ -294,11 +294,11 @@ def _read_result(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any] | 
     if told is None:
         _check_empty(folder)
         return None
-    if not isinstance(told, dict) or not settings.keys() <= told.keys():
+    if not isinstance(told, dict) or not settings.keys() - {"files"} <= told.keys():
         raise _refuse_file(folder / (RESULT if held is not None else SETTINGS))
-    differing = [key for key in settings if settings[key] != told[key]]
+    differing = [key for key in settings if settings[key] != told.get(key)]
     if differing:
-        what = _describe_difference(differing[0], told[differing[0]], settings[differing[0]])
+        what = _describe_difference(differing[0], told.get(differing[0]), settings[differing[0]])
         raise SurveyError(f"--out: {str(folder)!r} holds demonstrations with {what}; {_ALLOWED}")
     return held
 
