@@ -16,6 +16,7 @@ from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.optimize import SPACE, SearchSettings, build_candidate, objective, run_search
 from spiraltrunk.workflows.optimize.objective import Evaluation, choose_best, evaluate, find_front, plan_trials
+from spiraltrunk.workflows.optimize.sampler import Sampler
 from spiraltrunk.workflows.survey.plan import SurveyPlan
 from spiraltrunk.workflows.survey.row import build_empty_row
 from spiraltrunk.workflows.survey.summary import count_rate
@@ -231,6 +232,29 @@ def test_settings_out_of_range_are_refused(change: dict[str, Any]) -> None:
 def test_unknown_names_are_refused(change: dict[str, Any]) -> None:
     with pytest.raises(UnknownName):
         replace(SETTINGS, **change)
+
+
+@pytest.mark.parametrize("method", ["ask", "suggest_float", "suggest_int"])
+def test_a_kill_while_the_first_candidate_is_drawn_leaves_the_authors_point_to_evaluate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: str
+) -> None:
+    optuna = pytest.importorskip("optuna")
+    with monkeypatch.context() as patch:
+        patch.setattr(optuna.Study if method == "ask" else optuna.trial.Trial, method, interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            Sampler(tmp_path / "study.log", 0).ask()
+    points = []
+    for _ in range(3):
+        sampler = Sampler(tmp_path / "study.log", 0)
+        number, values = sampler.ask()
+        sampler.tell(make(number, 1, 1.0, 0.1))
+        points.append(values)
+    assert points[0] == pytest.approx(FIRST)
+    assert FIRST not in points[1:]
+
+
+def interrupt(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
 
 
 @pytest.mark.slow
