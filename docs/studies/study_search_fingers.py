@@ -13,6 +13,7 @@ import json
 import sys
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.results import format_json
-from spiraltrunk.workflows.optimize.objective import plan_trials
+from spiraltrunk.workflows.optimize.objective import find_unseen, plan_trials
 from spiraltrunk.workflows.optimize.search_space import build_candidate
 from spiraltrunk.workflows.optimize.settings import SearchSettings
 from spiraltrunk.workflows.survey.compare.compare_surveys import compare_surveys
@@ -53,11 +54,12 @@ def main(folders: Sequence[str]) -> int:
         **{key: value for key, value in told["settings"].items() if key in known},
         unseen=told["unseen"]["paper"]["trials"],
     )
+    compare, best = partial(compare_trunks, folder, settings), f"candidate-{told['best']}"
     fingers, former = presets.get("paper-large-grip"), build_candidate(FORMER, name="former")
     result = {
-        "design": fingers.name, **try_trunk(folder, settings, fingers), "best": compare(folder, fingers.name, "best"),
-        "paper": compare(folder, "paper", fingers.name),
-        "former": try_trunk(folder, settings, former) | {"paper": compare(folder, "paper", former.name)},
+        "design": fingers.name, **try_trunk(folder, settings, fingers), "best": compare(fingers.name, best),
+        "paper": compare("paper", fingers.name),
+        "former": try_trunk(folder, settings, former) | {"paper": compare("paper", former.name)},
     }  # fmt: skip
     write_text(RESULT, format_json(result) + "\n")
     return 0
@@ -66,13 +68,13 @@ def main(folders: Sequence[str]) -> int:
 def try_trunk(folder: Path, settings: SearchSettings, design: TrunkDesign) -> dict[str, Any]:
     """Counts of a trunk with the objects that the search has not seen."""
     plan = plan_trials(settings, design, are_unseen=True)
-    counted = run_survey(plan, folder=folder / "unseen" / design.name)["strategies"][settings.strategy]
+    counted = run_survey(plan, folder=find_unseen(folder, settings, design.name))["strategies"][settings.strategy]
     return {key: counted[key] for key in KEPT}
 
 
-def compare(folder: Path, a: str, b: str) -> dict[str, Any]:
+def compare_trunks(folder: Path, settings: SearchSettings, a: str, b: str) -> dict[str, Any]:
     """Two trunks with the same objects in the same worlds."""
-    paired = compare_surveys(folder / "unseen" / a, folder / "unseen" / b)["overall"]
+    paired = compare_surveys(*(find_unseen(folder, settings, name) for name in (a, b)))["overall"]
     return {key: paired[key] for key in PAIRED}
 
 

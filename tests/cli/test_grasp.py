@@ -231,11 +231,28 @@ def test_bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.C
     monkeypatch.setattr(spiraltrunk.workflows.bench, "CLAIMS", claims)
     assert cli.main(["bench", "--json", "--out", str(tmp_path)]) == 0
     result = strict(capsys.readouterr().out)
-    assert result == {"claims": {"fast": {"ours": 1.0, "other": 12.0, "ratio": 12.0, "bar": 10.0, "holds": True}}}
+    fast = {"ours": 1.0, "other": 12.0, "ratio": 12.0, "bar": 10.0, "holds": True}
+    assert result == {"claims": {"fast": fast}, "complete": True}
     assert strict((tmp_path / "result.json").read_text()) == result
     claims["slow"] = lambda: Claim(ours=1.0, other=9.9, bar=10.0)
     assert cli.main(["bench"]) == 1
     assert "missed" in capsys.readouterr().out
+
+
+def test_an_interrupted_bench_keeps_the_claims_that_were_measured(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt() -> Claim:
+        raise KeyboardInterrupt
+
+    claims = {"fast": lambda: Claim(ours=1.0, other=12.0, bar=10.0), "never": interrupt}
+    monkeypatch.setattr(spiraltrunk.workflows.bench, "CLAIMS", claims)
+    assert cli.main(["bench", "--out", str(tmp_path)]) == 130
+    result = strict((tmp_path / "result.json").read_text())
+    assert (set(result["claims"]), result["complete"]) == ({"fast"}, False)
+    claims["never"] = claims["fast"]
+    assert cli.main(["bench", "--out", str(tmp_path)]) == 0
+    assert strict((tmp_path / "result.json").read_text())["complete"]
 
 
 def test_bench_against_peers(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

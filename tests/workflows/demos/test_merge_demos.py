@@ -17,6 +17,7 @@ from spiraltrunk.errors import SurveyError
 from spiraltrunk.workflows.demos.merge_demos import merge_demos
 from spiraltrunk.workflows.demos.options import RecordingOptions
 from spiraltrunk.workflows.demos.run_demos import DemosPlan, run_demos
+from spiraltrunk.workflows.survey import run_survey
 from spiraltrunk.workflows.survey.plan import Shard, SurveyPlan
 
 SURVEY = SurveyPlan(objects={"wrap-vertical": ("cylinder-60", "ball-80"), "kick": ("box-60",)}, trials=6, seed=7)
@@ -83,6 +84,22 @@ def test_an_interrupted_merge_goes_on(shards: Path, monkeypatch: pytest.MonkeyPa
     assert digest(shards / "out") == digest(shards / "whole")
 
 
+def test_shards_of_another_version_are_merged(shards: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_survey, "compute_code", lambda: {"versions": {"mujoco": "0"}, "source": "another"})
+    result = merge(shards, "1", "2", "3")
+    assert result == json.loads((shards / "whole" / "result.json").read_text())
+    assert digest(shards / "out") == digest(shards / "whole")
+
+
+@pytest.mark.parametrize("name", ["1", "3"])
+def test_a_missing_episode_is_refused_before_anything_is_written(shards: Path, name: str) -> None:
+    episode = min((shards / name / "episodes").iterdir())
+    episode.unlink()
+    with pytest.raises(SurveyError, match=rf"--merge: '{episode}' is missing, though .*; allowed: complete folders"):
+        merge(shards, "1", "2", "3")
+    assert not (shards / "out").exists()
+
+
 @pytest.mark.parametrize(
     ("names", "told"),
     [
@@ -95,7 +112,7 @@ def test_an_interrupted_merge_goes_on(shards: Path, monkeypatch: pytest.MonkeyPa
 def test_what_is_not_all_shards_once_is_refused(shards: Path, names: tuple[str, ...], told: str) -> None:
     with pytest.raises(SurveyError, match=told):
         merge(shards, *names)
-    assert not (shards / "out" / "episodes").exists()
+    assert not (shards / "out").exists()
 
 
 def test_shards_of_other_demonstrations_and_half_ones_are_refused(fakes: ModuleType, shards: Path) -> None:

@@ -44,6 +44,16 @@ def test_a_recorded_episode_is_read_whole(fakes: ModuleType, tmp_path: Path) -> 
         assert reported == (PHASE_NAMES[phase], action, "" if name == "none" else name)
 
 
+def test_a_strategy_whose_name_begins_with_anothers_is_not_taken_in(tmp_path: Path) -> None:
+    names = [("wrap-oblique", 0), ("wrap-oblique-low", 0), ("wrap-oblique", 99_999), ("wrap-oblique-low", 1)]
+    files = [tmp_path / FOLDER / name_episode(*each) for each in names]
+    (tmp_path / FOLDER).mkdir()
+    for file in files:
+        file.touch()
+    assert list_episodes(tmp_path, "wrap-oblique") == [files[0], files[2]]
+    assert list_episodes(tmp_path, "wrap-oblique-low") == [files[1], files[3]]
+
+
 def test_failed_episodes_are_marked(fakes: ModuleType, tmp_path: Path) -> None:
     write_episode(fakes.build_episode(5, success=False), tmp_path / "one.npz")
     assert not read_episode(tmp_path / "one.npz").is_success

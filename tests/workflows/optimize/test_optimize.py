@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from spiraltrunk.design import load_design, presets
 from spiraltrunk.errors import DesignError, OutputError, UnknownName
+from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.optimize import SPACE, SearchSettings, build_candidate, objective, run_search
 from spiraltrunk.workflows.optimize.objective import Evaluation, choose_best, evaluate, find_front, plan_trials
+from spiraltrunk.workflows.optimize.sampler import Sampler
 from spiraltrunk.workflows.survey.plan import SurveyPlan
+from spiraltrunk.workflows.survey.row import build_empty_row
 from spiraltrunk.workflows.survey.summary import count_rate
 
 pytest.importorskip("optuna", reason="the search needs the extra optimize")
@@ -40,7 +43,7 @@ class Fake:
         return {"strategies": {name: {**count_rate(rows), "causes": {}} for name in plan.objects}}
 
     def compare(self, a: Path, b: Path) -> Mapping[str, Any]:
-        assert (a.name, b.name) == ("paper", "best")
+        assert (a.name, b.name[:10], a.parent) == ("paper", "candidate-", b.parent)
         return {"overall": {"difference": 0.1, "low": -0.1, "high": 0.3, "p": 0.5, "only_a": 1, "only_b": 2}}
 
 
@@ -98,6 +101,30 @@ def test_more_candidates_go_on_with_the_same_search(whole: Mapping[str, Any], tm
     run_search(replace(SETTINGS, candidates=3), tmp_path / "more", trials=Fake())
     more = run_search(SETTINGS, tmp_path / "more", trials=Fake())
     assert more == whole
+
+
+def run_without_physics(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
+    """An engine whose trials fail, but for candidate 1."""
+    name = cast("Any", work).work.keywords["design"].name
+    for job in jobs:
+        row = build_empty_row(job)
+        yield Outcome(job=job, result=row | {"success": True, "cause": None} if name == "candidate-1" else row)
+
+
+def test_more_candidates_and_other_unseen_objects_go_on_in_the_same_folders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("survey.results", "optimize.optimize"):  # Plots take most of the time.
+        name = f"spiraltrunk.workflows.{module}.write_figure"
+        monkeypatch.setattr(name, lambda figure, path: path.write_bytes(b"a plot"))
+    few = SearchSettings(candidates=1, objects=1, unseen=1)
+    assert run_search(few, tmp_path, engine=run_without_physics)["best"] == 0
+    more = run_search(replace(few, candidates=2), tmp_path, engine=run_without_physics)
+    assert (more["best"], more["unseen"]["best"]["successes"], more["unseen"]["difference"]["only_b"]) == (1, 1, 1)
+    most = run_search(replace(few, candidates=2, unseen=2), tmp_path, engine=run_without_physics)
+    assert (most["unseen"]["best"]["successes"], most["unseen"]["paper"]["trials"]) == (2, 2)
+    again = run_search(replace(few, candidates=2), tmp_path, engine=run_without_physics)
+    assert again == more
 
 
 @pytest.mark.slow
@@ -205,6 +232,29 @@ def test_settings_out_of_range_are_refused(change: dict[str, Any]) -> None:
 def test_unknown_names_are_refused(change: dict[str, Any]) -> None:
     with pytest.raises(UnknownName):
         replace(SETTINGS, **change)
+
+
+@pytest.mark.parametrize("method", ["ask", "suggest_float", "suggest_int"])
+def test_a_kill_while_the_first_candidate_is_drawn_leaves_the_authors_point_to_evaluate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: str
+) -> None:
+    optuna = pytest.importorskip("optuna")
+    with monkeypatch.context() as patch:
+        patch.setattr(optuna.Study if method == "ask" else optuna.trial.Trial, method, interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            Sampler(tmp_path / "study.log", 0).ask()
+    points = []
+    for _ in range(3):
+        sampler = Sampler(tmp_path / "study.log", 0)
+        number, values = sampler.ask()
+        sampler.tell(make(number, 1, 1.0, 0.1))
+        points.append(values)
+    assert points[0] == pytest.approx(FIRST)
+    assert FIRST not in points[1:]
+
+
+def interrupt(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
 
 
 @pytest.mark.slow

@@ -19,6 +19,7 @@ from spiraltrunk.errors import DesignError, SurveyError
 from spiraltrunk.workflows.survey.merge import WALL_COLUMNS, merge_surveys
 from spiraltrunk.workflows.survey.plan import Shard, SurveyPlan, parse_shard
 from spiraltrunk.workflows.survey.resume_log import FILES
+from spiraltrunk.workflows.survey.row import fill_row
 from spiraltrunk.workflows.survey.run_survey import run_survey
 
 COUNT = 3
@@ -99,6 +100,29 @@ def test_a_merged_survey_goes_on_as_the_whole_one(shards: Path, fakes: ModuleTyp
     assert merge(shards, "1", "2", "3")["complete"], "merged again"
 
 
+def test_a_merge_that_was_killed_in_the_last_line_goes_on(shards: Path) -> None:
+    merge(shards, "1", "2", "3")
+    log = shards / "out" / "trials.jsonl"
+    whole = log.read_bytes()
+    assert whole == merge_lines(shards / "whole", shards)
+    log.write_bytes(whole[:-20])
+    assert merge(shards, "1", "2", "3")["complete"]
+    assert log.read_bytes() == whole
+
+
+def merge_lines(survey: Path, shards: Path) -> bytes:
+    """Lines of the shards' logs in the order of the survey's rows."""
+    lines = [line for number in "123" for line in (shards / number / "trials.jsonl").read_bytes().splitlines(True)]
+    named = {(row["strategy"], row["index"]): line for line in lines for row in [json.loads(line)]}
+    return b"".join(named[row["strategy"], row["index"]] for row in read_rows(survey))
+
+
+def test_a_row_of_an_earlier_version_keeps_its_order_and_ends_with_what_it_lacks() -> None:
+    row = {"strategy": "kick", "success": False, "upright": True, "wall_s": 1.0}
+    filled = {**row, "cause": "unknown", "cause_time_s": None, "held": None}
+    assert list(fill_row(row).items()) == list(filled.items())
+
+
 def test_a_shard_does_not_go_on_as_another(shards: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     other = replace(plan, shard=Shard(number=2, count=COUNT))
     with pytest.raises(SurveyError, match='a survey with shard "1/3", not "2/3"'):
@@ -130,6 +154,19 @@ def test_overlap_lack_and_strangers_are_told(shards: Path, fakes: ModuleType, pl
         with pytest.raises(SurveyError, match=told):
             merge(shards, *names)
         assert not (shards / "out").exists()
+
+
+def test_shards_with_another_content_of_a_file_are_told(fakes: ModuleType, plan: SurveyPlan, tmp_path: Path) -> None:
+    vase = tmp_path / "vase.stl"
+    own = replace(plan, objects={"kick": (f"stl:path={vase},mass_g=9",)}, trials=2)
+    for number in (1, 2):
+        vase.write_text(f"vase {number}")
+        shard = replace(own, shard=Shard(number=number, count=2))
+        run_survey(shard, folder=tmp_path / str(number), work=fakes.work, engine=fakes.run_inline)
+    with pytest.raises(SurveyError, match="they differ in files; allowed: shards of one survey"):
+        merge(tmp_path, "1", "2")
+    with pytest.raises(SurveyError, match=r"holds a survey with another content of \[\".*vase.stl\"\]; allowed"):
+        run_survey(replace(own, shard=Shard(number=1, count=2)), folder=tmp_path / "1", work=fakes.work)
 
 
 def test_a_shard_half_done_is_told(shards: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -32,6 +34,27 @@ def test_seeds_differ_and_stay(plan: SurveyPlan) -> None:
     assert all(0 <= entry.seed < 2**32 for entry in entries)
     # SHA-256 of "0/wrap-vertical/0" begins so: published tables can be made again as long as this holds.
     assert derive_seed(0, "wrap-vertical", 0) == 3265417761
+
+
+def test_files_count_by_their_content(plan: SurveyPlan, tmp_path: Path) -> None:
+    assert "files" not in plan.settings()
+    stl, arm = tmp_path / "vase.stl", tmp_path / "arm.xml"
+    (tmp_path / "link.stl").write_bytes(b"a link")
+    stl.write_bytes(b"a vase")
+    arm.write_text('<mujoco><asset><mesh file="link.stl"/></asset></mujoco>')
+    design = replace(plan.design, arm=replace(plan.design.arm, model=str(arm)))
+    objects = {"kick": ("box-60", f"stl: path = {stl} ,mass_g=9"), "pinch": (f"stl:path={stl},mass_g=9,pose=0",)}
+    own = replace(plan, objects=objects, design=design)
+    before = own.settings()
+    assert before == own.settings()
+    assert before["files"].keys() == {str(stl), str(arm)}
+    assert before["files"][str(stl)] == hashlib.sha256(b"a vase").hexdigest()
+    (tmp_path / "link.stl").write_bytes(b"another")
+    after = own.settings()
+    assert [name for name in before["files"] if before["files"][name] != after["files"][name]] == [str(arm)]
+    stl.unlink()
+    with pytest.raises(DesignError, match=r"stl:path is .*vase.stl'; allowed: a file that exists, .* does not exist"):
+        own.settings()
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -115,10 +115,11 @@ def run_demos(
     check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
     get_format(plan.format).check_packages()
     with open_output(folder, WRITER, list_files(plan.format)) as output:
-        held = begin_demos(output, plan)
+        settings = _compute_settings(plan)
+        held = begin_demos(output, plan, settings)
         if held is not None:
             return held
-        run = _Run(output, plan, work, engine or run_jobs, progress)
+        run = _Run(output, plan, settings, work=work, engine=engine or run_jobs, progress=progress)
         try:
             with open_output(output.path / TRIALS, WRITER, FILES) as trials:
                 run_survey(
@@ -131,18 +132,31 @@ def run_demos(
         return run.write_dataset()
 
 
-def begin_demos(output: OutputFolder, plan: DemosPlan) -> dict[str, Any] | None:
-    """Prepare a folder for the plan's demonstrations, and return their result where they are complete.
+def begin_demos(output: OutputFolder, plan: DemosPlan, settings: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Prepare a folder for demonstrations with these settings, and return their result where they are complete.
 
     Raises:
         SurveyError: where the folder holds other demonstrations, or other things.
         OutputError: where the folder cannot be written.
     """
-    held = _read_result(output.path, plan)
+    held = _read_result(output.path, settings)
     if held is not None and held["complete"] and all((output.path / name).exists() for name in held["files"]):
         return held
-    _Run(output, plan, None, run_jobs, ignore_progress).write_result()
+    _Run(output, plan, settings).write_result()
     return None
+
+
+def write_demos(
+    output: OutputFolder, plan: DemosPlan, settings: Mapping[str, Any], rows: Sequence[Row], progress: Progress
+) -> dict[str, Any]:
+    """Write the data set of trials that have been run, whose episodes are in the folder, and return the result.
+
+    Raises:
+        OutputError: where an episode is missing or damaged, or the folder cannot be written.
+    """
+    run = _Run(output, plan, settings, progress=progress)
+    run.follow(None)(rows)
+    return run.write_dataset()
 
 
 @final
@@ -150,9 +164,11 @@ class _Run:
     """Demonstrations under way: the rows so far, and the data set of their episodes."""
 
     def __init__(
-        self, output: OutputFolder, plan: DemosPlan, work: Work | None, engine: Engine, progress: Progress
-    ) -> None:
+        self, output: OutputFolder, plan: DemosPlan, settings: Mapping[str, Any], *, work: Work | None = None,
+        engine: Engine = run_jobs, progress: Progress = ignore_progress,
+    ) -> None:  # fmt: skip
         self._output, self._plan, self._engine, self._progress = output, plan, engine, progress
+        self._settings = settings
         self._folder = (output.path / FOLDER).resolve()
         self._format: Format = get_format(plan.format)
         self._rows: Sequence[Row] | None = None
@@ -223,7 +239,7 @@ class _Run:
 
     def _write_about(self, draft: Path, result: dict[str, Any]) -> None:
         write_text(draft / "trunk.toml", format_design(self._plan.survey.design))
-        write_text(draft / SETTINGS, format_json(_compute_settings(self._plan)) + "\n")
+        write_text(draft / SETTINGS, format_json(self._settings) + "\n")
         write_text(draft / RESULT, format_json(result) + "\n")
 
     def _compute_result(self, files: Sequence[Path], names: Sequence[str]) -> dict[str, Any]:
@@ -240,7 +256,7 @@ class _Run:
             "complete": len(rows) == asked and len(files) == len(self._list_kept()),
             "strategies": {name: _count(name, rows, episodes) for name in plan.survey.objects},
             "episodes": [{key: row[key] for key in keys} for row in episodes],
-            "settings": _compute_settings(plan),
+            "settings": dict(self._settings),
             "files": sorted({*names, RESULT, SETTINGS, "trunk.toml"}),
         }
 
@@ -267,8 +283,8 @@ def _compute_settings(plan: DemosPlan) -> dict[str, Any]:
     return {**plan.survey.settings(), "recording": plan.recording.settings(), "format": plan.format}
 
 
-def _read_result(folder: Path, plan: DemosPlan) -> dict[str, Any] | None:
-    """The result of an earlier run of the plan; None where there is none, or a kill came while it was replaced.
+def _read_result(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The result of an earlier run with these settings; None where there is none, or a kill came while it was replaced.
 
     Raises:
         SurveyError: where the folder holds other demonstrations, or episodes or trials without settings.
@@ -278,12 +294,11 @@ def _read_result(folder: Path, plan: DemosPlan) -> dict[str, Any] | None:
     if told is None:
         _check_empty(folder)
         return None
-    settings = _compute_settings(plan)
-    if not isinstance(told, dict) or not settings.keys() <= told.keys():
+    if not isinstance(told, dict) or not settings.keys() - {"files"} <= told.keys():
         raise _refuse_file(folder / (RESULT if held is not None else SETTINGS))
-    differing = [key for key in settings if settings[key] != told[key]]
+    differing = [key for key in settings if settings[key] != told.get(key)]
     if differing:
-        what = _describe_difference(differing[0], told[differing[0]], settings[differing[0]])
+        what = _describe_difference(differing[0], told.get(differing[0]), settings[differing[0]])
         raise SurveyError(f"--out: {str(folder)!r} holds demonstrations with {what}; {_ALLOWED}")
     return held
 

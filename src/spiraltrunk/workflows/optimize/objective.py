@@ -81,6 +81,14 @@ def plan_trials(settings: SearchSettings, design: TrunkDesign, *, are_unseen: bo
     return SurveyPlan(objects={settings.strategy: objects}, trials=len(objects), seed=seed, design=design)
 
 
+def find_unseen(folder: Path, settings: SearchSettings, name: str) -> Path:
+    """Folder of a trunk's survey with the objects that a search has not seen, by their number and the trunk's name.
+
+    A survey's folder holds one survey, but more candidates may change the best one.
+    """
+    return folder / "unseen" / str(settings.unseen) / name
+
+
 def evaluate(
     number: int, values: Mapping[str, float], settings: SearchSettings, folder: Path, run_survey: RunSurvey
 ) -> Evaluation:

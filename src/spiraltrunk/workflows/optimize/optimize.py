@@ -27,6 +27,7 @@ from spiraltrunk.workflows.optimize.objective import (
     choose_best,
     evaluate,
     find_front,
+    find_unseen,
     plan_trials,
 )
 from spiraltrunk.workflows.optimize.sampler import Sampler
@@ -140,12 +141,13 @@ class _Evaluator:
             presets.PAPER, cable=replace(presets.PAPER.cable, friction=self._settings.friction), name="paper"
         )
         designs = {"paper": paper, "best": self._build(best)}
-        found, folder = {}, self._output.path / "unseen"
+        places = {name: find_unseen(self._output.path, self._settings, each.name) for name, each in designs.items()}
+        found = {}
         for i, (name, design) in enumerate(designs.items()):
             self._progress(f"unseen objects, {name}", self._settings.candidates + i, self._settings.candidates + 2)
             plan = plan_trials(self._settings, design, are_unseen=True)
-            found[name] = self._trials.run(plan, folder / name)["strategies"][self._settings.strategy]
-        paired = self._trials.compare(folder / "paper", folder / "best")["overall"]
+            found[name] = self._trials.run(plan, places[name])["strategies"][self._settings.strategy]
+        paired = self._trials.compare(places["paper"], places["best"])["overall"]
         keys = ("trials", "successes", "rate", "low", "high", "causes")
         return {
             **{name: {key: counted[key] for key in keys} for name, counted in found.items()},

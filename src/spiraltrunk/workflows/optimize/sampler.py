@@ -63,9 +63,9 @@ class Sampler:
                 return trial.number, _read(trial.params)
             if trial.state == TrialState.RUNNING:  # Killed while it was drawn.
                 self._study.tell(trial.number, state=TrialState.FAIL)
-        number = len(self._trials())
-        if number == 0:
-            self._study.enqueue_trial({each.name: _round(each.first, each.step) for each in SPACE})
+        number, first = len(self._trials()), {each.name: _round(each.first, each.step) for each in SPACE}
+        if not self._has_queued(first):
+            self._study.enqueue_trial(first)
         self._study.sampler = self._build(number)
         trial = self._study.ask()
         with warnings.catch_warnings():
@@ -87,6 +87,13 @@ class Sampler:
         from optuna.trial import TrialState
 
         return [(trial.number, _read(trial.params)) for trial in self._trials() if trial.state == TrialState.COMPLETE]
+
+    def _has_queued(self, point: Mapping[str, float]) -> bool:
+        """Whether a trial has a point that was queued; one that a kill cut off while it was drawn has not."""
+        from optuna.trial import TrialState
+
+        kept = [trial for trial in self._trials() if trial.state != TrialState.FAIL]
+        return any(trial.system_attrs.get("fixed_params") == point for trial in kept)
 
     def _build(self, number: int, n_fault: int = 0) -> Any:
         """The sampler of one candidate; the number of its faults is a constraint, feasible at 0."""

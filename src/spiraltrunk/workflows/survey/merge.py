@@ -7,20 +7,53 @@ times that the machine took.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 from spiraltrunk.errors import DesignError, SurveyError
 from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.workflows.survey.plan import Shard, SurveyPlan, build_plan, parse_shard
 from spiraltrunk.workflows.survey.results import sort_rows, write_all_pictures, write_result
 from spiraltrunk.workflows.survey.resume_log import FILES, WRITER, open_log
+from spiraltrunk.workflows.survey.row import Row
 from spiraltrunk.workflows.survey.stored_survey import StoredSurvey, load_survey
 
 WALL_COLUMNS = ("wall_s", "planning_wall_s", "real_time_factor")
 """Columns of a trial that depend on the machine; all others are equal wherever it runs."""
 
 _OPTION = "--merge"
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ShardedSurvey:
+    """All shards of a survey, each once and complete."""
+
+    shards: tuple[StoredSurvey, ...]
+    """The shards."""
+    settings: Mapping[str, Any]
+    """Settings of the whole survey, with the versions and the code of the machines that ran it."""
+    plan: SurveyPlan
+    """Plan of the whole survey."""
+
+    @property
+    def rows(self) -> list[Row]:
+        """All trials, by strategy and index."""
+        return sort_rows(self.plan, [row for shard in self.shards for row in shard.rows])
+
+
+def load_shards(folders: Sequence[str | Path]) -> ShardedSurvey:
+    """Read the shards of a survey.
+
+    Raises:
+        SurveyError: where a folder holds no shard, a shard is there twice, missing or half done, or the shards are of
+            different surveys.
+    """
+    shards = tuple(load_survey(folder, _OPTION) for folder in folders)
+    settings = _check_same(shards)
+    _check_all(shards)
+    return ShardedSurvey(shards=shards, settings=settings, plan=_build_plan(settings, shards[0].folder))
 
 
 def merge_surveys(folders: Sequence[str | Path], out: str | Path | OutputFolder) -> dict[str, Any]:
@@ -30,19 +63,24 @@ def merge_surveys(folders: Sequence[str | Path], out: str | Path | OutputFolder)
         The survey's result, as of `run_survey`.
 
     Raises:
-        SurveyError: where a folder holds no shard, a shard is there twice, missing or half done, the shards are of
-            different surveys, or ``out`` holds another survey.
+        SurveyError: as `load_shards`, or where ``out`` holds another survey.
         OutputError: where ``out`` cannot be written.
     """
-    shards = [load_survey(folder, _OPTION) for folder in folders]
-    settings = _check_same(shards)
-    _check_all(shards)
-    plan = _build_plan(settings, shards[0].folder)
-    rows = sort_rows(plan, [row for shard in shards for row in shard.rows])
+    return write_survey(load_shards(folders), out)
+
+
+def write_survey(survey: ShardedSurvey, out: str | Path | OutputFolder) -> dict[str, Any]:
+    """Write a survey of which all shards were read, and return its result.
+
+    Raises:
+        SurveyError: where ``out`` holds another survey.
+        OutputError: where ``out`` cannot be written.
+    """
+    plan, settings = survey.plan, survey.settings
     with open_output(out, WRITER, FILES) as output, open_log(output, settings) as log:
         write_result(output, plan, settings, log.rows)
         there = {(row["strategy"], row["index"]) for row in log.rows}
-        for row in rows:
+        for row in survey.rows:
             if (row["strategy"], row["index"]) not in there:
                 log.add(row)
         result = write_result(output, plan, settings, log.rows)

@@ -22,6 +22,7 @@ from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.scene.options import TIMESTEP, check_timestep
 from spiraltrunk.strategies.policy.library import describe_policies
+from spiraltrunk.workflows.survey.user_files import describe_files
 
 MOST_SHARDS = 10_000
 """Largest number of parts of a survey (ours)."""
@@ -108,11 +109,17 @@ class SurveyPlan:
         return {name: counted[name] for name in self.objects}
 
     def settings(self) -> dict[str, Any]:
-        """Settings that are equal for equal surveys, ready for JSON."""
+        """Settings that are equal for equal surveys, ready for JSON; policies and files count by their content.
+
+        Raises:
+            DesignError: where the file of a policy, an object or the arm cannot be read.
+        """
         objects = {name: list(names) for name, names in self.objects.items()}
         policies = describe_policies(tuple(objects))
+        files = describe_files((name for names in objects.values() for name in names), self.design.arm)
         return {
             **({"policies": policies} if policies else {}),
+            **({"files": files} if files else {}),
             "trials": self.trials,
             "seed": self.seed,
             "objects": objects,

@@ -101,6 +101,8 @@ def _describe_difference(key: str, held: Any, asked: Any) -> str:
         return "of another design"
     if key == "objects" and isinstance(held, dict) and held.keys() != asked.keys():
         return f"of the strategies {', '.join(held)}, not {', '.join(asked)}"
+    if key == "files" and isinstance(held, dict):
+        return f"with another content of {_short([name for name in asked if held.get(name) != asked[name]])}"
     return f"with {key} {_short(held)}, not {_short(asked)}"
 
 

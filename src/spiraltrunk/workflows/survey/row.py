@@ -24,7 +24,7 @@ _MOST = 1e9
 _CLAIMS = ("held", "upright")
 """True or false, or null where they do not apply."""
 
-_LATER = {"cause", "cause_time_s", *_CLAIMS}
+_LATER = ("cause", "cause_time_s", *_CLAIMS)
 """Keys that rows of earlier versions lack."""
 
 _KEYS = {"strategy", "object", "index", "seed", "success", "reason", "cause", "wall_s", *_CLAIMS, *_FIGURES}
@@ -39,9 +39,9 @@ def build_empty_row(entry: Entry, reason: str = "") -> Row:
 
 
 def fill_row(row: Row) -> Row:
-    """A row of an earlier version with the keys that it lacks; the cause of its failure is unknown."""
-    cause = None if row.get("success") else Cause.UNKNOWN.value
-    return {**dict.fromkeys(_LATER), "cause": cause, **row}
+    """A row of an earlier version with the keys that it lacks, at its end; the cause of its failure is unknown."""
+    later = dict.fromkeys(_LATER) | {"cause": None if row.get("success") else Cause.UNKNOWN.value}
+    return {**row, **{key: value for key, value in later.items() if key not in row}}
 
 
 def check_row(row: Row, settings: Mapping[str, Any]) -> None:

@@ -19,6 +19,9 @@ from spiraltrunk.workflows.demos.recording.episode import ARRAYS, OF_COMMANDS, E
 FOLDER = "episodes"
 """Name of their folder."""
 
+_DIGITS = 6
+"""Digits of a trial's number in the name of its file [-] (ours)."""
+
 _FRAMES = "frames_"
 """How the names of frames in the file begin."""
 
@@ -29,9 +32,11 @@ _VIDEO = "video_"
 def name_episode(strategy: str, index: int | Literal["*"]) -> str:
     """Name of the file of a trial, or the pattern of all files of a strategy.
 
-    What does not belong in a file's name, as of the path of a policy, is percent-encoded.
+    What does not belong in a file's name, as of the path of a policy, is percent-encoded. The pattern asks for digits
+    alone, since a strategy's name may begin with another's.
     """
-    return f"{quote(strategy, safe='')}-{index if index == '*' else format(index, '06d')}.npz"
+    number = "[0-9]" * _DIGITS if index == "*" else f"{index:0{_DIGITS}d}"
+    return f"{quote(strategy, safe='')}-{number}.npz"
 
 
 def write_episode(episode: Episode, path: Path) -> None:
