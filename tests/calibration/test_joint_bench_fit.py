@@ -104,7 +104,7 @@ def test_the_inertias_uncertainty_is_in_the_stiffness():
 @pytest.mark.parametrize(
     ("bend", "mass"),
     [([0, 0.1], [0, 1]), ([0, 0.1, 0.2, math.nan], [0, 1, 2, 3]), ([0, 0.1, 0.2, 0.3], [0, -1, 2, 3]), ("x", [1]),
-     ([0.1, 0.2, 0.3], [1, 2])],
+     ([0.1, 0.2, 0.3], [1, 2]), ([0.1, 0.2, 0.3, 0.4], [1e-323] * 4), ([0.1, 0.2, 0.3, 0.4], [1e-18] * 4)],
 )  # fmt: skip
 def test_bad_loads_are_refused(bend, mass):
     with pytest.raises(ModelError, match="allowed"):

@@ -72,6 +72,9 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
      (["--virtual", "x", "--mass-g", "200"], "without takes"),
      (["rest-000=a.csv", "--mass-sd-g", "1"], "--mass-g"),
      (["rest-000=a.csv", "--mass-g", "-5"], "--mass-g is -5.0; allowed: a finite number, above 0"),
+     *((["rest-000=a.csv", "--mass-g", "200", "--mass-sd-g", given],
+        f"--mass-sd-g is {float(given)}; allowed: a finite number, at least 0.002, below 1e+06")
+       for given in ("0", "2e6", "1e-7", "-1")),
      ([".", "--mass-g", "200"], "'.' is a folder; allowed: RUN=FILE"),
      (["rest-000=a.csv", "--hold-out", "rest-000=a.csv"], "every take is held out"),
      (["rest-000=a.csv", "--seed", "3"], "--seed given without --virtual"),

@@ -7,13 +7,14 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from spiraltrunk import cli
-from spiraltrunk.cli.verbs.design import compute_figures
-from spiraltrunk.design import design_from_rules, graspable_range, load_design, payload, presets
+from spiraltrunk.cli.verbs.design import _format_table, compute_figures
+from spiraltrunk.design import MassDesign, design_from_rules, graspable_range, load_design, payload, presets
 
 KEYS = {
     "a_m", "b", "k", "k_p", "n_section", "n_joint", "section_length_m", "section_radius_m", "length_m", "tip_width_m",
@@ -102,3 +103,10 @@ def test_help_comes_at_once() -> None:
     began = time.perf_counter()
     subprocess.run([sys.executable, "-m", "spiraltrunk", "--help"], capture_output=True, check=True)
     assert time.perf_counter() - began < 2.0
+
+
+def test_figures_of_a_trunk_too_short_to_wrap():
+    short = replace(presets.PAPER, n_section=2, mass=MassDesign())
+    figures = compute_figures(short)
+    assert figures["graspable_min_m"] is figures["graspable_max_m"] is figures["payload_kg"] is None
+    assert "nothing: the trunk is too short to wrap" in _format_table(short, figures)

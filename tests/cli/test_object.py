@@ -91,3 +91,12 @@ def test_bad_input_is_one_line(capsys, argv, match):
     assert match in said.err
     assert said.err.count("\n") == 1
     assert said.out == ""
+
+
+def test_a_trunk_too_short_to_wrap_goes_round_nothing(capsys, tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text('name = "two"\n[spiral]\na_mm = 26\nb = 0.16\nn_section = 2\n[gripper]\n')
+    text = run(capsys, "cylinder-60", "--design", str(path)).out
+    assert len([line for line in text.splitlines() if "nothing: the trunk is too short to wrap" in line]) == 2
+    told = json.loads(run(capsys, "cylinder-60", "--design", str(path), "--json").out)["design"]
+    assert told["wrap_widths_m"] is told["held_widths_m"] is told["payload_kg"] is told["held_mass_kg"] is None

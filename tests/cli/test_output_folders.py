@@ -41,7 +41,8 @@ VERBS = {
         ("result.json", "trunk.toml", "report.html", "overlay-rest.png", "boxes-rest.png"), "missing.csv",
     ),
     "validate --plan": Verb(
-        ("validate", "--plan"), "validate --plan", ("plan.md", "protocol.toml", "schedule.csv"), "written to"
+        ("validate", "--plan"), "validate --plan", ("plan.md", "protocol.toml", "schedule.csv", "trunk.toml"),
+        "written to",
     ),
     "calibrate": Verb(
         ("calibrate", *TAKE), "calibrate", ("result.json", "trunk.toml", "calibration.png"), "missing.csv"

@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk import cli
+from spiraltrunk.design import load_design, write_design
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap import load_protocol, load_shapes
 from spiraltrunk.mocap.protocol.schedule import build_schedule
@@ -143,12 +145,14 @@ def test_statics_is_another_model(folder: Path, capsys: pytest.CaptureFixture[st
 def test_a_plan_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["validate", "--plan", "--out", str(tmp_path / "plan")]) == 0
     text, told = capsys.readouterr()
-    assert f"plan.md, protocol.toml, schedule.csv written to {tmp_path / 'plan'}" in told
+    assert f"plan.md, protocol.toml, schedule.csv, trunk.toml written to {tmp_path / 'plan'}" in told
     assert "make 100 mm come out as 100.01." in text
     assert "takes 129.86 mm of cable 1" in text
     assert "## bend-dorsal: bend-dorsal, tilt 0 deg" in text
     assert (tmp_path / "plan" / "plan.md").read_text().rstrip("\n") == text.rstrip("\n")
-    assert load_protocol(tmp_path / "plan" / "protocol.toml") == load_protocol("paper")
+    trunk = tmp_path / "plan" / "trunk.toml"
+    assert load_protocol(tmp_path / "plan" / "protocol.toml") == replace(load_protocol("paper"), design=str(trunk))
+    assert load_design(trunk) == PAPER
     assert cli.main(["validate", "--plan", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert np.shape(told["runs"]["bend-dorsal"]["cable_m"]) == (27, 3)
@@ -156,6 +160,23 @@ def test_a_plan_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFix
     rows = list(csv.DictReader((tmp_path / "plan" / "schedule.csv").open()))
     table = [float(row["cable_2_m"]) for row in rows if row["run"] == "bend-dorsal"]
     np.testing.assert_allclose(table, np.array(told["runs"]["bend-dorsal"]["cable_m"])[:, 1], atol=6e-7)
+
+
+@pytest.mark.parametrize("key", ["", 'design = "sub/mine.toml"\n', "\ufeff 'design'='sub/mine.toml' # ours\r\n"])
+@pytest.mark.parametrize("given", [None, "other"])
+def test_a_plans_protocol_has_the_design_beside_it(
+    key: str, given: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = replace(PAPER, name="mine")
+    write_design(mine, tmp_path / "sub" / "mine.toml")
+    other = write_design(replace(PAPER, name="other"), tmp_path / "other.toml")
+    (tmp_path / "a.toml").write_text(key + PROTOCOL.lstrip(), encoding="utf-8")
+    argv = ["validate", "--plan", "--protocol", str(tmp_path / "a.toml"), "--out", str(tmp_path / "plan")]
+    assert cli.main([*argv, *([] if given is None else ["--design", str(other)])]) == 0
+    copy = load_protocol(tmp_path / "plan" / "protocol.toml")
+    assert load_design(copy.design) == (load_design(other) if given else mine if key else PAPER)
+    assert copy.runs == load_protocol(tmp_path / "a.toml").runs
+    assert Path(copy.design).parent == tmp_path / "plan"
 
 
 BAD = {

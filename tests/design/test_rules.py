@@ -14,6 +14,7 @@ from spiraltrunk.design.rules import (
     GRAVITY,
     LEAST_TIP_WIDTH,
     RANGES,
+    build_bare,
     compactness,
     design_from_rules,
     graspable_range,
@@ -173,6 +174,15 @@ def test_all_angles_that_divide_the_turns_give_a_trunk_that_grasps(n_section):
     design = design_from_rules(delta_theta=3 * math.pi / n_section)
     assert design.n_section == n_section
     assert 0 < graspable_range(design).minimum < graspable_range(design).maximum
+
+
+def test_a_trunk_too_short_for_half_a_turn_round_its_smallest_object_wraps_nothing():
+    ranges = [graspable_range(build_bare(0.16, math.pi / 6, n_section, a=0.026)) for n_section in range(2, 20)]
+    assert [widths.is_empty for widths in ranges] == sorted((widths.is_empty for widths in ranges), reverse=True)
+    assert ranges[0].is_empty
+    assert not ranges[-1].is_empty
+    for widths in ranges:
+        assert widths.maximum == 0.0 if widths.is_empty else widths.maximum >= widths.minimum > 0
 
 
 @pytest.mark.parametrize("name", RANGES)

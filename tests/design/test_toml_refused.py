@@ -161,6 +161,8 @@ def test_a_tip_thinner_than_anyone_makes_is_refused_with_the_reason(edit, refusa
         ("name = 'x'\r\r", "valid TOML"),
         ("x = " + "[" * 100_000, "nested too deeply"),
         ("schema = " + "1" * 6000, "too many digits"),
+        *((key + " = 0x" + "f" * 4200, "too many digits") for key in ("schema", "name", "other", "[spiral]\na_mm")),
+        ("[spiral]\nn_section = [1, {a = 0o" + "7" * 5000 + "}]", "too many digits"),
         (b"name = '\xff'", "no text in UTF-8"),
         (b"\xff\xfen\x00", "no text in UTF-8"),
         ("a." * 5000 + "b = 1", "more than 250 dots"),

@@ -73,3 +73,10 @@ def test_only_a_design_is_written(tmp_path, other):
     with pytest.raises(DesignError, match="allowed: TrunkDesign"):
         write_design(other, tmp_path / "trunk.toml")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("mark", ["\x07", "\x00", "\x7f", "\x1b[31m", "\u202e", "\udcff"])
+def test_a_note_with_characters_that_toml_has_not_is_written_with_their_codes(tmp_path, mark):
+    path = write_design(PAPER, tmp_path / "trunk.toml", [f"fitted to a{mark}b.csv, größer"])
+    assert load_design(path) == PAPER
+    assert f"# fitted to a{ascii(mark)[1:-1]}b.csv, größer\n" in path.read_text(encoding="utf-8")

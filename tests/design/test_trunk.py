@@ -198,3 +198,10 @@ def test_any_trunk_in_range_is_built_or_refused(a, b, part, delta_theta, n_secti
         design = TrunkDesign(name="any", spiral=spiral, k=k, delta_theta=delta_theta, n_section=n_section, joint=joint)
         assert np.isfinite(design.section_length).all()
         assert design.solid.rim_start < design.solid.rim_end
+
+
+def test_cables_are_at_least_5_deg_apart():
+    for first in range(360):
+        CableDesign(angles=(math.radians(first), math.radians(first + 5)))
+        with pytest.raises(DesignError, match="allowed: cables at least 5 deg apart"):
+            CableDesign(angles=(math.radians(first), math.radians(first + 4.999)))

@@ -17,7 +17,7 @@ from spiraltrunk.cad.output import make_part
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
 from spiraltrunk.design import design_from_rules, load_design, presets
 from spiraltrunk.design.materials import RIGID, SILICONE, TPU
-from spiraltrunk.errors import OutputError, PartError, UnknownName
+from spiraltrunk.errors import DesignError, OutputError, PartError, UnknownName
 from spiraltrunk.workflows.export import export
 from spiraltrunk.workflows.export.export import Request, check_robot, export_robot
 
@@ -242,6 +242,13 @@ def test_models_alone_need_no_solids(tmp_path, short, monkeypatch):
     result = export_robot(short, tmp_path, Request(formats=("urdf",)))
     assert result["checks"] == {}
     assert "models/hybrid.urdf" in result["files"]
+
+
+def test_a_check_of_models_alone_refuses_no_part():
+    small = MakeOptions(bed=(99.0, 99.0, 99.0))
+    with pytest.raises(DesignError, match="wide at section 1"):
+        check_robot(presets.get("spirob-1m"), Request(options=small))
+    assert check_robot(presets.get("spirob-1m"), Request(formats=("mjcf",), options=small))["checks"] == {}
 
 
 def test_a_missing_kernel_is_named(tmp_path, short, monkeypatch):

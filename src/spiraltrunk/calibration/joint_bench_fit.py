@@ -24,6 +24,9 @@ _CONTACTS = np.radians(np.arange(10.0, 29.6, 0.5))
 _CLEAR = 5.0
 """Least amplitude of a ring-down over the RMS of its residuals [-] (ours)."""
 
+_LEAST_MOMENT = 1e-9
+"""Least moment at the largest load [N m] (ours: below it no bench measures, and the least squares round to zero)."""
+
 _MOST_SAMPLES = 100_000
 
 
@@ -245,10 +248,14 @@ def _read_loads(bend: ArrayLike, mass: ArrayLike, lever_arm: ArrayLike) -> tuple
         raise ModelError("bend, mass and lever_arm do not fit; allowed: numbers, one each a reading") from None
     if q.ndim != 1 or min(part.min(initial=0.0) for part in (q, m, arm)) < 0:
         raise ModelError("bend, mass or lever_arm is negative, or no row; allowed: rows of numbers, 0 or more")
-    count = int(((q > 0) & (m > 0) & (arm > 0)).sum())
+    moment = GRAVITY * m * arm
+    count = int(((q > 0) & (moment > 0)).sum())
     if count < 3:
         raise ModelError(f"{count} readings of a joint that is deflected by a moment; allowed: three or more")
-    return q.copy(), GRAVITY * m * arm
+    if moment.max() < _LEAST_MOMENT:
+        allowed = f"at least {_LEAST_MOMENT:g} N m at the largest load"
+        raise ModelError(f"the moments reach {moment.max():.3g} N m; allowed: {allowed}")
+    return q.copy(), moment
 
 
 def _read_record(time: ArrayLike, acceleration: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

@@ -75,6 +75,11 @@ class Prior:
             check_number(f"prior.{part.name}", getattr(self, part.name), least=least, below=below)
 
 
+_LEAST_SPREAD = 1e-5
+"""Least standard deviation of a weighing over its mass [-] (ours: no scale is better, and the prior's covariance stays
+regular)."""
+
+
 @final
 @dataclass(frozen=True, kw_only=True)
 class Weighing:
@@ -87,7 +92,7 @@ class Weighing:
 
     def __post_init__(self) -> None:
         check_number("weighing.mass", self.mass, above=0.0, below=1e3)
-        check_number("weighing.spread", self.spread, above=0.0, below=1e3)
+        check_number("weighing.spread", self.spread, least=_LEAST_SPREAD * self.mass, below=1e3)
 
 
 @final

@@ -64,7 +64,7 @@ class CableDesign:
             raise DesignError("cable.angles", got=Unquoted(f"{len(self.angles)} cables"), allowed="2 to 12 cables")
         turns = sorted(angle % (2 * math.pi) for angle in self.angles)
         gaps = [b - a for a, b in zip(turns, [*turns[1:], turns[0] + 2 * math.pi], strict=True)]
-        if min(gaps) < math.radians(5.0):
+        if min(gaps) < math.radians(5.0) - 1e-9:  # Rounding of angles that are exactly 5 deg apart.
             raise DesignError("cable.angles", got=self.angles, allowed="cables at least 5 deg apart")
         check_number("cable.hole_fraction", self.hole_fraction, above=0.0, below=1.0)
         check_number("cable.tension_max", self.tension_max, least=1e-3, below=1e4)

@@ -56,6 +56,11 @@ class GraspableRange(NamedTuple):
     minimum: float
     maximum: float
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether the trunk wraps nothing: it is too short for half a turn round its smallest object."""
+        return self.maximum < self.minimum
+
 
 def growth_from_overlap(m: float) -> float:
     """Growth b = ln((1 + m) / m) / pi at which gripper and trunk ranges overlap (principle 2) [1/rad]."""
@@ -113,7 +118,8 @@ def graspable_range(design: TrunkDesign) -> GraspableRange:
 
     The smallest is the width inside the tip's inner turn, HJ = GH / (exp(pi b) - 1) (paper, Methods). The largest is
     the diameter D of the circle round which the whole trunk makes half a turn: the integral of ds / ((D + w) / 2) over
-    the backbone's arc equals pi, with w the local width; for a spiral the integral is elementary.
+    the backbone's arc equals pi, with w the local width; for a spiral the integral is elementary. A trunk too short for
+    half a turn round the smallest wraps nothing: its largest is 0.
 
     Raises:
         DesignError: for what is no design.
@@ -125,7 +131,8 @@ def graspable_range(design: TrunkDesign) -> GraspableRange:
     outer = float(radius(design.spiral, design.theta_base))
     half = design.k - math.exp(-2 * math.pi * b)
     ratio = math.exp(math.pi * b * half / (design.k * math.sqrt(1 + b**2)))
-    return GraspableRange(minimum, 2 * half * (outer - ratio * inner) / (ratio - 1))
+    maximum = 2 * half * (outer - ratio * inner) / (ratio - 1)
+    return GraspableRange(minimum, maximum if maximum >= minimum else 0.0)
 
 
 def payload(design: TrunkDesign, width: float | None = None) -> float:

@@ -31,6 +31,9 @@ MOST_BYTES = 200_000
 _MOST_DOTS = 250
 """Most dots in a line: an array of 200 decimals has 200. The parser's time grows with the square of a key's dots."""
 
+_MOST_BITS = 14_000
+"""Most bits of a whole number, 4214 decimal digits: Python prints 4300, and reads more in other bases than the ten."""
+
 _EXACT = Context(prec=60, traps=[])
 
 ONE = Decimal(1)
@@ -155,10 +158,20 @@ def parse_toml(data: bytes) -> dict[str, Any]:
     except (ValueError, ArithmeticError) as error:
         reason = " ".join(str(error).split())[:200]
         raise ValueError("a number has too many digits" if "set_int_max_str_digits" in reason else reason) from None
+    if any(value.bit_length() > _MOST_BITS for value in _list_values(document) if isinstance(value, int)):
+        raise ValueError("a number has too many digits")
     schema = document.pop("schema", SCHEMA)
     if schema != SCHEMA:
         raise ValueError(f"schema is {describe(describe_toml(schema))}, not {SCHEMA}")
     return document
+
+
+def _list_values(document: dict[str, Any]) -> list[object]:
+    """All values of the document, those of its tables and arrays too."""
+    values: list[object] = [document]
+    for value in values:  # It grows meanwhile.
+        values += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return values
 
 
 def read_table(table: str, content: object, keys: Sequence[Key], more: Sequence[str] = ()) -> dict[str, Any]:

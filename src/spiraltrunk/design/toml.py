@@ -81,7 +81,8 @@ def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = (
     Args:
         design: what is written.
         path: the file.
-        notes: lines of comment at its head, such as where the numbers come from.
+        notes: lines of comment at its head, such as where the numbers come from; a character that is not printable,
+            which TOML does not allow in a comment, is written as its code.
 
     Raises:
         DesignError: where the file cannot be written; what was there stays as it was.
@@ -98,7 +99,7 @@ def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = (
 def format_design(design: TrunkDesign, notes: Sequence[str] = ()) -> str:
     """The design as the text of a TOML file, with lines of comment at its head."""
     check_type("design", design, TrunkDesign)
-    comments = "".join(f"# {' '.join(note.split())}\n" for note in notes)
+    comments = "".join(f"# {_as_comment(note)}\n" for note in notes)
     text = f"{_HEAD}{comments}schema = {schema.SCHEMA}\n"
     for table, keys in schema.TABLES.items():
         part = getattr(design, table) if table else design
@@ -109,6 +110,11 @@ def format_design(design: TrunkDesign, notes: Sequence[str] = ()) -> str:
             value = getattr(design if key.owner is TrunkDesign else part, key.field)
             text += f"{key.name} = {schema.format_value(value, key)}\n" if key.is_written(value) else ""
     return text
+
+
+def _as_comment(note: str) -> str:
+    """The note on one line, with the codes of characters that are not printable, such as those of a file's name."""
+    return "".join(mark if mark.isprintable() else ascii(mark)[1:-1] for mark in " ".join(note.split()))
 
 
 def _assemble(document: dict[str, Any]) -> TrunkDesign:

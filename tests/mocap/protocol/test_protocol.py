@@ -155,6 +155,18 @@ def test_any_bytes_are_a_protocol_or_refused(noise, at):
     assert isinstance(found, Protocol) or "p.toml" in told
 
 
+@pytest.mark.parametrize("key", ["name = ", "sections = ", "sections.1 = ", "run = ", "[[run]]\nname = "])
+def test_a_number_that_is_too_long_to_be_printed_is_refused(key):
+    with pytest.raises(TakeError, match="a number has too many digits"):
+        parse_protocol(f"{key}0x{'f' * 4200}".encode(), source="a.toml")
+
+
+def test_the_name_rest_is_for_runs_at_rest():
+    assert Run(name="rest", kind="rest").name == "rest"
+    with pytest.raises(TakeError, match="kind is 'bend-dorsal'; allowed: rest, as the run's name is"):
+        Run(name="rest", kind="bend-dorsal", steps=3, step=0.02)
+
+
 def test_a_design_lies_beside_the_protocol(tmp_path):
     (tmp_path / "mine.toml").write_text("x")
     (tmp_path / "p.toml").write_text('design = "mine.toml"\n' + RUN[11:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 
@@ -180,6 +181,21 @@ def test_shapes_are_what_calibration_reads(protocol, rehearse, tmp_path):
     for name in ("theta_0", "pull", "follows", "marker_offset", "points", "rotation"):
         np.testing.assert_array_equal(getattr(again, name), getattr(shapes, name))
     assert (again.kind, again.take) == (shapes.kind, shapes.take)
+
+
+@pytest.mark.parametrize("key", ["theta_0_rad", "pull_m", "follows", "seat_m", "points_m", "rotation"])
+@pytest.mark.parametrize("value", [5, "x", None, [[1.0], []], {}, []])
+def test_shapes_with_an_array_of_another_size_are_refused(key, value, tmp_path):
+    shapes = {
+        "schema": 1, "kind": ["rest"], "take": ["a"], "theta_0_rad": [1.5], "pull_m": [[0.0, 0.0]], "follows": [-1],
+        "seat_m": [0.05], "points_m": [[[0.0, 0.0, 0.0]]], "rotation": np.eye(3)[None, None].tolist(),
+    }  # fmt: skip
+    path = tmp_path / "shapes.json"
+    path.write_text(json.dumps(shapes))
+    assert load_shapes(path).kind == ("rest",)
+    path.write_text(json.dumps(shapes | {key: value}))
+    with pytest.raises(TakeError, match=r"shapes\.json.*; allowed: "):
+        load_shapes(path)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("viser", reason="viser is not installed")
 
-from spiraltrunk.design import format_design, graspable_range, presets
+from spiraltrunk.design import MassDesign, format_design, graspable_range, presets
 from spiraltrunk.design.edit import change_field, change_rules
 from spiraltrunk.errors import DesignError, StudioError
 from spiraltrunk.studio.design.figures import find_gap, format_figures, format_legend, format_warnings, list_figures
@@ -100,3 +100,10 @@ def test_cables_are_spaced_evenly():
     four = space_cables(presets.PAPER, 4)
     assert four.n_cable == 4
     assert four.cable_direction.sum(axis=0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_trunk_too_short_to_wrap_is_told():
+    short = replace(presets.PAPER, n_section=2, mass=MassDesign())
+    shown = {name: value for name, value, _ in list_figures(short)}
+    assert (shown["Graspable"], shown["Payload"]) == ("nothing, too short", "none")
+    assert "too short to wrap anything" in find_gap(short)

@@ -104,7 +104,8 @@ def compute_figures(design: TrunkDesign) -> dict[str, Any]:
     from spiraltrunk.design import graspable_range, payload
     from spiraltrunk.files.results import to_json
 
-    smallest, largest = graspable_range(design)
+    widths = graspable_range(design)
+    smallest, largest = (None, None) if widths.is_empty else widths
     figures = {
         "a_m": design.spiral.a,
         "b": design.spiral.b,
@@ -123,9 +124,20 @@ def compute_figures(design: TrunkDesign) -> dict[str, Any]:
         "cable_stroke_m": design.cable_stroke,
         "joint_stiffness_nm_per_rad": design.joint_stiffness,
         "mass_kg": design.total_mass,
-        "payload_kg": payload(design),
+        "payload_kg": None if widths.is_empty else payload(design),
     }
     return dict(to_json(figures))
+
+
+def _list_grasp(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the trunk wraps."""
+    if figures["graspable_min_m"] is None:
+        return [("graspable", "nothing: the trunk is too short to wrap")]
+    smallest, largest = (f"{1e3 * figures[key]:.4g} mm" for key in ("graspable_min_m", "graspable_max_m"))
+    return [
+        ("graspable", f"{smallest} to {largest}"),
+        ("payload", f"{figures['payload_kg']:.3g} kg at the smallest object (fitted to the paper's one number)"),
+    ]
 
 
 def _format_table(design: TrunkDesign, figures: dict[str, Any]) -> str:
@@ -146,8 +158,7 @@ def _format_table(design: TrunkDesign, figures: dict[str, Any]) -> str:
         ("length", mm("length_m")),
         ("width", both_ends(1e3 * design.base_width, 1e3 * design.tip_width, "mm")),
         ("taper", f"{figures['taper_deg']:.4g} deg"),
-        ("graspable", f"{mm('graspable_min_m')} to {mm('graspable_max_m')}"),
-        ("payload", f"{figures['payload_kg']:.3g} kg at the smallest object (fitted to the paper's one number)"),
+        *_list_grasp(figures),
         ("cable stroke", mm("cable_stroke_m")),
         ("joint stiffness", both_ends(stiffness[0], stiffness[-1], "N m/rad")),
         ("mass", f"{figures['mass_kg'] * 1e3:.4g} g"),

@@ -55,16 +55,16 @@ def _compare(name: str, about: Description) -> dict[str, Any]:
     from spiraltrunk.strategies.wrap.assess import held_mass, wrapped_range
 
     design = load_design(name)
-    least, most = graspable_range(design)
+    widths, held = graspable_range(design), wrapped_range(design)
     fingers = None if design.gripper is None else design.gripper.grasp_width
     girth = float(about.profile.girth.max()) / math.pi
-    is_wrapped = least <= girth <= most
+    is_wrapped = widths.minimum <= girth <= widths.maximum
     return {
         "name": design.name,
-        "wrap_widths_m": [least, most],
+        "wrap_widths_m": None if widths.is_empty else list(widths),
         "wrap_width_m": girth,
         "payload_kg": payload(design, girth) if is_wrapped else None,
-        "held_widths_m": list(wrapped_range(design)),
+        "held_widths_m": None if held[1] < held[0] else list(held),
         "held_mass_kg": held_mass(design, girth) if is_wrapped else None,
         "finger_width_m": fingers,
     }
@@ -122,7 +122,9 @@ def _list_design(design: dict[str, Any]) -> list[tuple[str, str]]:
     name, girth = design["name"], design["wrap_width_m"]
     fingers, payload, held = design["finger_width_m"], design["payload_kg"], design["held_mass_kg"]
     around, holds = (
-        "{:.0f} to {:.0f} mm wide".format(*(1e3 * width for width in design[key]))
+        "nothing: the trunk is too short to wrap"
+        if design[key] is None
+        else "{:.0f} to {:.0f} mm wide".format(*(1e3 * width for width in design[key]))
         for key in ("wrap_widths_m", "held_widths_m")
     )
     most, least = ("" if mass is None else f", {1e3 * mass:.0f} g" for mass in (payload, held))

@@ -121,23 +121,24 @@ def _format(result: dict[str, Any]) -> str:
 
 
 def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
+    from spiraltrunk.design.toml import format_design
     from spiraltrunk.files.atomic import write_file, write_text
     from spiraltrunk.mocap.protocol.checklist import format_checklist, format_schedule
     from spiraltrunk.mocap.protocol.schedule import build_schedule
-    from spiraltrunk.mocap.protocol.toml import PACKAGED, read_packaged
 
     schedules = [build_schedule(settings.design, protocol, run) for run in protocol.runs]
-    text, files = format_checklist(settings.design, protocol, schedules), ["plan.md", "protocol.toml", "schedule.csv"]
+    text = format_checklist(settings.design, protocol, schedules)
+    files = ["plan.md", "protocol.toml", "schedule.csv", "trunk.toml"]
     with open_out(arguments.out, "validate --plan") as output:
         if output is None:
             files = []
         else:
-            is_packaged = arguments.protocol == PACKAGED
-            source = read_packaged().encode() if is_packaged else Path(arguments.protocol).read_bytes()
+            copy = _copy_protocol(arguments.protocol, protocol, files[-1])
             with output.draft() as draft:
                 write_text(draft / "plan.md", text)
-                write_file(draft / "protocol.toml", source)
+                write_file(draft / "protocol.toml", copy)
                 write_text(draft / "schedule.csv", format_schedule(settings.design, schedules))
+                write_text(draft / "trunk.toml", format_design(settings.design))
             complain(f"{', '.join(files)} written to {arguments.out}", DONE)
     if not arguments.json:
         return DONE, text.rstrip("\n")
@@ -149,3 +150,27 @@ def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSe
         for schedule in schedules
     }  # fmt: skip
     return DONE, format_json({"protocol": protocol.name, "design": settings.design.name, "runs": runs, "files": files})
+
+
+def _copy_protocol(source: str, protocol: Protocol, design: str) -> bytes:
+    """Content of the protocol with ``design``, a file beside it, for its design; unchanged where it has that."""
+    from dataclasses import replace
+
+    from spiraltrunk.errors import TakeError
+    from spiraltrunk.mocap.protocol.toml import PACKAGED, parse_protocol, read_packaged
+
+    data = read_packaged().encode() if source == PACKAGED else Path(source).read_bytes()
+    if parse_protocol(data, source=source).design == design:
+        return data
+    lines = data.decode("utf-8-sig").splitlines(keepends=True)
+    end = next((i for i, line in enumerate(lines) if line.lstrip().startswith("[")), len(lines))
+    top = [line for line in lines[:end] if not re.match(r"""\s*(design|"design"|'design')\s*=""", line)]
+    data = "".join([f'design = "{design}"\n', *top, *lines[end:]]).encode()
+    allowed = "a protocol whose design is a key on one line, above all tables"
+    try:
+        copy = parse_protocol(data, source=source)
+    except TakeError:
+        raise UsageError(f"--protocol is {quote(source)}; allowed with --plan --out: {allowed}") from None
+    if copy != replace(protocol, design=design, name=copy.name):
+        raise UsageError(f"--protocol is {quote(source)}; allowed with --plan --out: {allowed}")
+    return data

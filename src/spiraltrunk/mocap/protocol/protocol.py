@@ -81,6 +81,9 @@ class Run:
         for key, got, holds, allowed in rules:
             if not holds:
                 raise TakeError(f"run {self.name!r}: {key} is {got!r}; allowed: {allowed}")
+        if self.name == "rest" and not is_rest:
+            allowed = "rest, as the run's name is that of the plots of all runs at rest, or another name"
+            raise TakeError(f"run 'rest': kind is {self.kind!r}; allowed: {allowed}")
 
     @property
     def n_shape(self) -> int:

@@ -51,6 +51,8 @@ class MeasuredShapes:
             raise ModelError(f"take has {len(self.take)} names for {n} shapes; allowed: one each")
         for name, size in (("theta_0", n), ("marker_offset", n_section), ("follows", n)):
             read_numbers(name, getattr(self, name), shape=(size,))
+        if np.ndim(self.pull) != 2:
+            raise ModelError(f"pull has shape {np.shape(self.pull)}; allowed: a row of pulls for each of {n} shapes")
         read_array("pull", self.pull, (n, np.shape(self.pull)[-1]))
         read_array("points", self.points, (n, n_section, 3))
         read_array("rotation", self.rotation, (n, n_section, 3, 3))

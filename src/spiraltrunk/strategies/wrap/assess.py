@@ -151,9 +151,9 @@ def _find_rim(strategy: StandingWrap, task: Task) -> str | None:
 
 
 def wrapped_range(design: TrunkDesign) -> tuple[float, float]:
-    """Least and largest width that a wrap holds [m]."""
+    """Least and largest width that a wrap holds [m]; the largest is 0 where it holds nothing."""
     least, most = graspable_range(design)
-    return least, HELD_WIDTH * most
+    return least, HELD_WIDTH * most if HELD_WIDTH * most >= least else 0.0
 
 
 def held_mass(design: TrunkDesign, width: float) -> float:
@@ -171,6 +171,8 @@ def _compare(width: float, limit: float) -> str:
 def _find_misfit(task: Task, width: float) -> str | None:
     """What of width or mass is out of the trunk's range; None where nothing is."""
     least, most = wrapped_range(task.design)
+    if most == 0.0:
+        return "the trunk is too short to wrap anything"
     if width > most:
         return f"too wide for the trunk by {_compare(width, most)}"
     if width < least:

@@ -16,11 +16,13 @@ _LINES = (
 
 def list_figures(design: TrunkDesign) -> list[tuple[str, str, str]]:
     """Name, value with unit, and explanation of each figure."""
-    smallest, largest = graspable_range(design)
+    widths = graspable_range(design)
+    wrapped = "nothing, too short" if widths.is_empty else f"{_mm(widths.minimum)} to {_mm(widths.maximum)} mm"
+    load = "none" if widths.is_empty else f"{payload(design):.3g} kg"
     gripper = "none" if design.gripper is None else f"to {_mm(design.gripper.grasp_width)} mm"
     return [
-        ("Graspable", f"{_mm(smallest)} to {_mm(largest)} mm", "Widths that the trunk wraps"),
-        ("Payload", f"{payload(design):.3g} kg", "At the smallest object; fitted to the paper's one number"),
+        ("Graspable", wrapped, "Widths that the trunk wraps"),
+        ("Payload", load, "At the smallest object; fitted to the paper's one number"),
         ("Width", f"{_mm(design.base_width)} to {_mm(design.tip_width)} mm", "From the base to the tip"),
         ("Mass", f"{_format(1e3 * design.total_mass, 4)} g", "Sections and gripper"),
         ("Sections", f"{design.n_section}, ratio {design.k_p:.3f}", "Each is the ratio times the one before"),
@@ -44,7 +46,10 @@ def format_figures(design: TrunkDesign) -> str:
 
 def find_gap(design: TrunkDesign) -> str:
     """Widths that neither gripper nor trunk can take, in words; empty where there are none."""
-    smallest = graspable_range(design).minimum
+    widths = graspable_range(design)
+    if widths.is_empty:
+        return "the trunk is too short to wrap anything: more sections"
+    smallest = widths.minimum
     if design.gripper is None or design.gripper.grasp_width >= smallest:
         return ""
     width = design.gripper.grasp_width

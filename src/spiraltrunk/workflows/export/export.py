@@ -141,8 +141,8 @@ def check_robot(
         As `export_robot`, but for OSError.
     """
     request = request or Request()
-    definitions = _define(design, request)
-    made = _make(design, None, request, definitions, progress)
+    definitions = _define(design, request) if request.part_formats else ()
+    made = _make(design, None, request, definitions, progress) if definitions else []
     return _summarise(design, request, made, [])
 
 

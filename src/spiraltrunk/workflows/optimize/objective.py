@@ -135,4 +135,4 @@ def _dominates(one: Evaluation, other: Evaluation) -> bool:
 
 def _compute_span(design: TrunkDesign) -> float:
     widths = graspable_range(design)
-    return widths.maximum - widths.minimum
+    return max(0.0, widths.maximum - widths.minimum)

@@ -12,7 +12,7 @@ from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.calibrate import joint_bench
 
 if TYPE_CHECKING:
-    from spiraltrunk.calibration.calibrate import Settings
+    from spiraltrunk.calibration.calibrate import Settings, Weighing
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.workflows.calibrate.joint_bench import Bench
 
@@ -94,17 +94,29 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
-    from spiraltrunk.calibration.calibrate import Settings, Weighing
-    from spiraltrunk.checks import check_number
+    from spiraltrunk.calibration.calibrate import Settings
     from spiraltrunk.workflows.calibrate.joint_bench import compute_prior
 
     joints = () if bench is None else compute_prior(bench)
     if arguments.mass_g is None:
         return Settings(bench=joints)
-    check_number("--mass-g", arguments.mass_g, above=0.0, below=1e6)
+    return Settings(weighing=_read_weighing(arguments), bench=joints)
+
+
+def _read_weighing(arguments: argparse.Namespace) -> Weighing:
+    """The weighing; errors have the option and the grams that were typed."""
+    from spiraltrunk.calibration.calibrate import Weighing
+    from spiraltrunk.design.schema import MILLI, convert_error
+    from spiraltrunk.errors import DesignError
+
     mass = 1e-3 * float(arguments.mass_g)
     spread = 0.01 * mass if arguments.mass_sd_g is None else 1e-3 * float(arguments.mass_sd_g)
-    return Settings(weighing=Weighing(mass=mass, spread=spread), bench=joints)
+    try:
+        return Weighing(mass=mass, spread=spread)
+    except DesignError as error:
+        is_mass = error.name == "weighing.mass"
+        option, typed = ("--mass-g", arguments.mass_g) if is_mass else ("--mass-sd-g", arguments.mass_sd_g)
+        raise convert_error(error, option, MILLI, typed) from None
 
 
 def _simulate(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> Answer:

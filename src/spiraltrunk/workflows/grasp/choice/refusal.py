@@ -28,6 +28,9 @@ def find_refusal(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
     task = announce_task(design, shape, strategy)
     width, (smallest, largest) = measure_width(strategy, task), strategy.widths(design)
     if not smallest <= width <= largest:
+        if largest == 0.0:
+            trunk = f"the trunk {describe(design.name)} is too short to wrap anything"
+            return f"{describe(name)} cannot be taken by {strategy.name}: {trunk}; allowed: a trunk of more sections"
         low, high = math.ceil(1e4 * smallest) / 10, math.floor(1e4 * largest) / 10
         allowed = f"{low:g} to {high:g} mm, what {strategy.name} can take with the trunk {describe(design.name)}"
         return (
