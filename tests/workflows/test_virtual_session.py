@@ -1,11 +1,13 @@
 """Virtual session: it says what it is, its files read like any other, and the same seed gives the same session."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from spiraltrunk.calibration.predict_states import place_markers
+from spiraltrunk.design import load_design
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -59,6 +61,29 @@ def test_files_read_back_as_the_shapes_that_were_played(session):
     assert np.isfinite(away).sum() == 6 * 15
     # The base's axes, from three markers at 44 mm and 100 frames, are known to 0.9 mrad: five times that at the tip.
     assert np.nanmax(away) < 2.5e-3
+
+
+@pytest.mark.parametrize("n_cable", [2, 3])
+def test_the_protocol_that_is_written_plans_the_pulls_that_were_played(tmp_path, n_cable):
+    """With its slack and its design, whichever the number of cables."""
+    angles = tuple(2 * math.pi * i / n_cable for i in range(n_cable))
+    design = replace(PAPER, name="mine", cable=replace(PAPER.cable, angles=angles))
+    source = replace(SHORT, slack=(0.009, 0.003, 0.001)[:n_cable])
+    played = simulate_session(design, draw_printed_trunk(design, 2), source, is_simulated=False)
+    files = write_session(design, played, 2, tmp_path)
+    assert tmp_path / "trunk.toml" in files
+    written = load_protocol(tmp_path / "protocol.toml")
+    assert written.slack == source.slack
+    assert load_design(written.design) == design
+    for run in played:
+        plan = build_schedule(design, written, written.run(run.schedule.run.name))
+        np.testing.assert_allclose(plan.commanded, run.schedule.commanded, rtol=0, atol=1e-12)
+
+
+def test_a_preset_is_named_and_not_written(session):
+    folder, _, files = session
+    assert load_protocol(folder / "protocol.toml").design == "paper"
+    assert folder / "trunk.toml" not in files
 
 
 def test_gaps_and_held_poses_are_in_the_file(session):

@@ -29,6 +29,8 @@ class Schedule:
     """Pull at each shape, as the models take it, shape (n,) [m]."""
     change: np.ndarray
     """Length pulled in since the straight trunk, by the paper's model, shape (n, n_cable) [m]."""
+    slack: tuple[float, ...]
+    """Slack of each cable that is compensated by the last shape, (n_cable,) [m]."""
     commanded: np.ndarray
     """The same with slack compensated: the winders' commands, shape (n, n_cable) [m]."""
     is_pulled: np.ndarray
@@ -56,8 +58,9 @@ def build_schedule(design: TrunkDesign, protocol: Protocol, run: Run) -> Schedul
         raise TakeError(f"run {run.name!r} asks for what the design {design.name!r} cannot do: {error}") from None
     compensation = np.array(protocol.slack) / max(run.steps, 1) * np.arange(run.n_shape)[:, None]
     return Schedule(
-        run=run, amount=amount, change=change, commanded=change + compensation, is_pulled=_find_pulled(design, run.kind)
-    )
+        run=run, amount=amount, change=change, slack=protocol.slack, commanded=change + compensation,
+        is_pulled=_find_pulled(design, run.kind),
+    )  # fmt: skip
 
 
 def _find_pulled(design: TrunkDesign, kind: str) -> np.ndarray:

@@ -114,7 +114,7 @@ def _simulate(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any)
 
     seed = arguments.seed or 0
     trunk = draw_printed_trunk(design, seed)
-    names = list_files(protocol.runs)
+    names = list_files(design, protocol.runs)
     with open_out(arguments.virtual, WRITER, names, "--virtual") as output, show_progress(sys.stderr) as progress:
         runs = simulate_session(design, trunk, protocol, progress=progress)
         progress("writing", 0, 1)
