@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from spiraltrunk.calibration.predict_states import place_markers
-from spiraltrunk.design import load_design
+from spiraltrunk.cli import main
+from spiraltrunk.design import design_from_rules, load_design, write_design
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -18,6 +19,7 @@ from spiraltrunk.mocap.recordings.take import SYNTHETIC
 from spiraltrunk.mocap.session.session import SessionSettings, read_session
 from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
+from spiraltrunk.workflows.virtual_session import session as session_module
 from spiraltrunk.workflows.virtual_session.cameras import NAME, record_run
 from spiraltrunk.workflows.virtual_session.printed_trunk import PrintOptions, draw_printed_trunk, weigh
 from spiraltrunk.workflows.virtual_session.session import measure_session, simulate_session, write_session
@@ -84,6 +86,26 @@ def test_a_preset_is_named_and_not_written(session):
     folder, _, files = session
     assert load_protocol(folder / "protocol.toml").design == "paper"
     assert folder / "trunk.toml" not in files
+
+
+def test_a_shorter_trunk_has_markers_on_the_sections_that_it_has(tmp_path):
+    design = design_from_rules(b=0.16, turns=10 / 12)
+    played = simulate_session(design, draw_printed_trunk(design, 2), SHORT, is_simulated=False)
+    write_session(design, played, 2, tmp_path)
+    protocol = load_protocol(tmp_path / "protocol.toml")
+    shapes = read_session(protocol, {"rest-045": [tmp_path / "rest-045_1.csv"]}, SessionSettings(design=design))
+    assert (np.flatnonzero(np.isfinite(shapes.points).all(axis=(0, 2))) + 1).tolist() == [2, 4, 6, 7, 8, 9, 10]
+
+
+def test_too_few_sections_for_markers_are_refused_before_the_simulation(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(session_module, "simulate_session", lambda *_, **__: pytest.fail("simulated"))
+    mass = replace(PAPER.mass, sections=PAPER.mass.sections[:5])
+    write_design(replace(PAPER, name="five", n_section=5, theta_tip=6.0, mass=mass), tmp_path / "five.toml")
+    assert main(["calibrate", "--virtual", str(tmp_path / "out"), "--design", str(tmp_path / "five.toml")]) == 2
+    said = capsys.readouterr().err
+    assert "has 5 sections, with markers on 2, 4; allowed in a virtual session: markers on 3 or more" in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_gaps_and_held_poses_are_in_the_file(session):

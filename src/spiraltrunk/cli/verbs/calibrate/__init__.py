@@ -108,10 +108,11 @@ def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settin
 
 
 def _simulate(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> Answer:
-    from spiraltrunk.workflows.virtual_session.cameras import NAME
+    from spiraltrunk.workflows.virtual_session.cameras import NAME, select_sections
     from spiraltrunk.workflows.virtual_session.printed_trunk import draw_printed_trunk
     from spiraltrunk.workflows.virtual_session.session import WRITER, list_files, simulate_session, write_session
 
+    select_sections(design)  # Refuses before the simulation, which takes minutes.
     seed = arguments.seed or 0
     trunk = draw_printed_trunk(design, seed)
     names = list_files(design, protocol.runs)
