@@ -128,6 +128,16 @@ def test_the_same_seed_gives_the_same_session():
     np.testing.assert_array_equal(one.points, other.points)
 
 
+def test_no_two_takes_share_their_noise(tmp_path):
+    """The protocol allows a hundred takes of a run: the eleventh was the next run's first."""
+    runs = tuple(Run(name=name, kind="rest", takes=11) for name in ("a", "b"))
+    played = simulate_session(PAPER, draw_printed_trunk(PAPER, 2), Protocol(name="p", runs=runs), is_simulated=False)
+    write_session(PAPER, played, 2, tmp_path)
+    takes = [load_take(tmp_path / name, axes="y-up") for name in ("a_1.csv", "a_2.csv", "a_11.csv", "b_1.csv")]
+    first = {take.body("base").position[0].tobytes() for take in takes}
+    assert len(first) == len(takes)
+
+
 def test_worlds_are_off_by_what_was_asked():
     options = PrintOptions(stiffness_scatter=0.0, center=0.0, hole=0.0)
     ratios = [draw_printed_trunk(PAPER, s, options).design.joint_stiffness / PAPER.joint_stiffness for s in range(12)]

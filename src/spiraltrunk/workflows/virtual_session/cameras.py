@@ -48,19 +48,21 @@ def select_sections(design: TrunkDesign, options: CameraOptions = CAMERAS) -> tu
     return chosen
 
 
-def record_run(design: TrunkDesign, run: SimulatedRun, seed: int, options: CameraOptions = CAMERAS) -> Take:
+def record_run(
+    design: TrunkDesign, run: SimulatedRun, seed: int | tuple[int, ...], options: CameraOptions = CAMERAS
+) -> Take:
     """A synthetic recording of a run, in a random frame (y up).
 
     Args:
         design: the trunk as designed: markers are on the designed section edges.
         run: the run.
-        seed: seed of noise, gaps and frame.
+        seed: seed of noise, gaps and frame, one number or several.
         options: how it is recorded; its frame and seed are replaced, sections that the design lacks left out.
 
     Raises:
         ModelError: where fewer than three sections have markers.
     """
-    draw = np.random.default_rng([9, seed])
+    draw = np.random.default_rng([9, *((seed,) if isinstance(seed, int) else seed)])
     turn = Rotation.from_euler("yxz", [draw.uniform(-180, 180), *draw.normal(0.0, 0.5, 2)], degrees=True)
     frame = Motion(rotation=turn.as_matrix(), shift=draw.uniform(-1.0, 1.0, 3))
     sections = select_sections(design, options)
