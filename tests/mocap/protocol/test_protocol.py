@@ -148,6 +148,9 @@ WRONG = {
     "an orientation": ('orientation = "up"\n' + RUN, "orientation is 'up'"),
     "a slack": ("slack_mm = [1, 2, -3]\n" + RUN, "slack is"),
     "a section": (RUN + '[sections]\nx = "a"\n', "sections.x is 'a'"),
+    "section 0": (RUN + '[sections]\n0 = "a"\n', "sections.0 is 'a'; allowed: numbers of sections, 1 at the base"),
+    "a section with zeros": (RUN + '[sections]\n1 = "a"\n01 = "b"\n', "sections.01 is 'b'; allowed: numbers of"),
+    "a name of two sections": (RUN + '[sections]\n1 = "a"\n2 = "a"\n', "sections has the name 'a' 2 times"),
     "a still": (RUN + "[still]\nhold_s = -1\n", "still.hold_s is -1.0"),
     "a schema": ("schema = 2\n" + RUN, "schema is 2, not 1; allowed: a protocol in TOML"),
     "an end before the start": (RUN + "begin_s = 3\nend_s = 2\n", "after begin_s, 3"),
@@ -164,6 +167,15 @@ def test_what_no_session_can_do_is_refused(wrong):
         parse_protocol(text.encode(), source="p.toml")
     assert "'p.toml'" in str(caught.value)
     assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("sections", "told"),
+    [(((0, "a"),), "sections has 0 for 'a'"), (((1, "a"), (1, "b")), "sections has the number 1 2 times")],
+)
+def test_sections_are_numbered_from_1_and_once(sections, told):
+    with pytest.raises(TakeError, match=told):
+        replace(load_protocol("paper"), sections=sections)
 
 
 @given(st.binary(max_size=60), st.integers(0, 3000))
