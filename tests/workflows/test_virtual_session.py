@@ -1,11 +1,14 @@
 """Virtual session: it says what it is, its files read like any other, and the same seed gives the same session."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from spiraltrunk.calibration.predict_states import place_markers
+from spiraltrunk.cli import main
+from spiraltrunk.design import design_from_rules, load_design, write_design
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -16,6 +19,7 @@ from spiraltrunk.mocap.recordings.take import SYNTHETIC
 from spiraltrunk.mocap.session.session import SessionSettings, read_session
 from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
+from spiraltrunk.workflows.virtual_session import session as session_module
 from spiraltrunk.workflows.virtual_session.cameras import NAME, record_run
 from spiraltrunk.workflows.virtual_session.printed_trunk import PrintOptions, draw_printed_trunk, weigh
 from spiraltrunk.workflows.virtual_session.session import measure_session, simulate_session, write_session
@@ -61,6 +65,49 @@ def test_files_read_back_as_the_shapes_that_were_played(session):
     assert np.nanmax(away) < 2.5e-3
 
 
+@pytest.mark.parametrize("n_cable", [2, 3])
+def test_the_protocol_that_is_written_plans_the_pulls_that_were_played(tmp_path, n_cable):
+    """With its slack and its design, whichever the number of cables."""
+    angles = tuple(2 * math.pi * i / n_cable for i in range(n_cable))
+    design = replace(PAPER, name="mine", cable=replace(PAPER.cable, angles=angles))
+    source = replace(SHORT, slack=(0.009, 0.003, 0.001)[:n_cable])
+    played = simulate_session(design, draw_printed_trunk(design, 2), source, is_simulated=False)
+    files = write_session(design, played, 2, tmp_path)
+    assert tmp_path / "trunk.toml" in files
+    written = load_protocol(tmp_path / "protocol.toml")
+    assert written.slack == source.slack
+    assert load_design(written.design) == design
+    for run in played:
+        plan = build_schedule(design, written, written.run(run.schedule.run.name))
+        np.testing.assert_allclose(plan.commanded, run.schedule.commanded, rtol=0, atol=1e-12)
+
+
+def test_a_preset_is_named_and_not_written(session):
+    folder, _, files = session
+    assert load_protocol(folder / "protocol.toml").design == "paper"
+    assert folder / "trunk.toml" not in files
+
+
+def test_a_shorter_trunk_has_markers_on_the_sections_that_it_has(tmp_path):
+    design = design_from_rules(b=0.16, turns=10 / 12)
+    played = simulate_session(design, draw_printed_trunk(design, 2), SHORT, is_simulated=False)
+    write_session(design, played, 2, tmp_path)
+    protocol = load_protocol(tmp_path / "protocol.toml")
+    shapes = read_session(protocol, {"rest-045": [tmp_path / "rest-045_1.csv"]}, SessionSettings(design=design))
+    assert (np.flatnonzero(np.isfinite(shapes.points).all(axis=(0, 2))) + 1).tolist() == [2, 4, 6, 7, 8, 9, 10]
+
+
+def test_too_few_sections_for_markers_are_refused_before_the_simulation(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(session_module, "simulate_session", lambda *_, **__: pytest.fail("simulated"))
+    mass = replace(PAPER.mass, sections=PAPER.mass.sections[:5])
+    write_design(replace(PAPER, name="five", n_section=5, theta_tip=6.0, mass=mass), tmp_path / "five.toml")
+    assert main(["calibrate", "--virtual", str(tmp_path / "out"), "--design", str(tmp_path / "five.toml")]) == 2
+    said = capsys.readouterr().err
+    assert "has 5 sections, with markers on 2, 4; allowed in a virtual session: markers on 3 or more" in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_gaps_and_held_poses_are_in_the_file(session):
     folder, _, _ = session
     take = load_take(folder / "bend-dorsal_1.csv", axes="y-up")
@@ -79,6 +126,16 @@ def test_the_same_seed_gives_the_same_session():
     np.testing.assert_array_equal(first.bodies[3].position, again.bodies[3].position)
     one, other = (measure_session(PAPER, [played], 1) for _ in range(2))
     np.testing.assert_array_equal(one.points, other.points)
+
+
+def test_no_two_takes_share_their_noise(tmp_path):
+    """The protocol allows a hundred takes of a run: the eleventh was the next run's first."""
+    runs = tuple(Run(name=name, kind="rest", takes=11) for name in ("a", "b"))
+    played = simulate_session(PAPER, draw_printed_trunk(PAPER, 2), Protocol(name="p", runs=runs), is_simulated=False)
+    write_session(PAPER, played, 2, tmp_path)
+    takes = [load_take(tmp_path / name, axes="y-up") for name in ("a_1.csv", "a_2.csv", "a_11.csv", "b_1.csv")]
+    first = {take.body("base").position[0].tobytes() for take in takes}
+    assert len(first) == len(takes)
 
 
 def test_worlds_are_off_by_what_was_asked():

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from spiraltrunk.calibration.parameters import Winders
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
@@ -164,7 +164,7 @@ def _solve_reference(design: TrunkDesign, state: State) -> Shape:
     if np.isnan(pull).all():
         return rest
     if state.kind == "bend-ventral":
-        return _solve_ventral(design, float(np.nanmean(pull[1:])), state.theta_0)
+        return _solve_ventral(design, pull, state.theta_0)
     first = max(pull[0] - rest.cable_change[0], 0.0)
     bent = reference.bend_dorsal(design, first, state.theta_0)
     if state.kind == "bend-dorsal":
@@ -173,12 +173,13 @@ def _solve_reference(design: TrunkDesign, state: State) -> Shape:
     return reference.twist(design, first, second, state.theta_0)
 
 
-def _solve_ventral(design: TrunkDesign, pull: float, theta_0: float) -> Shape:
+def _solve_ventral(design: TrunkDesign, pull: np.ndarray, theta_0: float) -> Shape:
     """The bend with the ventral cables pulled in so far; the model is driven by what the dorsal cable pays out."""
-    most = PULL_MARGIN * prepare(design).ventral_stroke
+    most, pulled = PULL_MARGIN * prepare(design).ventral_stroke, ventral_cables(design) & ~np.isnan(pull)
+    mean = float(pull[pulled].mean())
 
     def exceed(lengthening: float) -> float:
-        return float(reference.bend_ventral(design, lengthening, theta_0).cable_change[1:].mean()) - pull
+        return float(reference.bend_ventral(design, lengthening, theta_0).cable_change[pulled].mean()) - mean
 
     if exceed(0.0) >= 0.0:
         return reference.bend_ventral(design, 0.0, theta_0)

@@ -43,6 +43,28 @@ def test_a_plan_pulls_what_the_papers_model_says():
     assert np.isnan(rest.pull).all()
 
 
+@pytest.mark.parametrize(("n_cable", "ventral"), [(2, [1]), (3, [1, 2]), (4, [2]), (6, [2, 3, 4])])
+def test_a_plan_pulls_the_cables_that_the_models_pull(n_cable, ventral):
+    """A ventral pull leaves lateral cables free, as a dorsal one leaves all but the first."""
+    angles = tuple(2 * math.pi * i / n_cable for i in range(n_cable))
+    design = replace(PAPER, cable=replace(PAPER.cable, angles=angles))
+    for kind, pulled in (("bend-ventral", ventral), ("bend-dorsal", [0])):
+        run = Run(name="bend", kind=kind, steps=2, step=0.02)
+        plan = build_schedule(design, Protocol(name="p", runs=(run,), slack=(0.0,) * n_cable), run)
+        assert np.flatnonzero(plan.is_pulled).tolist() == pulled
+    rest = Run(name="rest", kind="rest")
+    assert not build_schedule(design, Protocol(name="p", runs=(rest,), slack=(0.0,) * n_cable), rest).is_pulled.any()
+
+
+@pytest.mark.parametrize("n_cable", [2, 4, 6])
+def test_only_the_papers_three_cables_can_be_planned_to_twist(n_cable):
+    angles = tuple(2 * math.pi * i / n_cable for i in range(n_cable))
+    design = replace(PAPER, cable=replace(PAPER.cable, angles=angles))
+    run = Run(name="twist", kind="twist", steps=2, step=0.02, first=0.02)
+    with pytest.raises(TakeError, match="allowed for twist: 0, 120 and 240 deg"):
+        build_schedule(design, Protocol(name="p", runs=(run,), slack=(0.0,) * n_cable), run)
+
+
 @given(st.lists(st.floats(0, 0.02), min_size=3, max_size=3))
 def test_slack_is_made_up_for_evenly(slack):
     """dL'_i = dL_i + C i with C = L_slack / N: nothing at first, all of it at the last step."""
@@ -126,6 +148,9 @@ WRONG = {
     "an orientation": ('orientation = "up"\n' + RUN, "orientation is 'up'"),
     "a slack": ("slack_mm = [1, 2, -3]\n" + RUN, "slack is"),
     "a section": (RUN + '[sections]\nx = "a"\n', "sections.x is 'a'"),
+    "section 0": (RUN + '[sections]\n0 = "a"\n', "sections.0 is 'a'; allowed: numbers of sections, 1 at the base"),
+    "a section with zeros": (RUN + '[sections]\n1 = "a"\n01 = "b"\n', "sections.01 is 'b'; allowed: numbers of"),
+    "a name of two sections": (RUN + '[sections]\n1 = "a"\n2 = "a"\n', "sections has the name 'a' 2 times"),
     "a still": (RUN + "[still]\nhold_s = -1\n", "still.hold_s is -1.0"),
     "a schema": ("schema = 2\n" + RUN, "schema is 2, not 1; allowed: a protocol in TOML"),
     "an end before the start": (RUN + "begin_s = 3\nend_s = 2\n", "after begin_s, 3"),
@@ -142,6 +167,15 @@ def test_what_no_session_can_do_is_refused(wrong):
         parse_protocol(text.encode(), source="p.toml")
     assert "'p.toml'" in str(caught.value)
     assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("sections", "told"),
+    [(((0, "a"),), "sections has 0 for 'a'"), (((1, "a"), (1, "b")), "sections has the number 1 2 times")],
+)
+def test_sections_are_numbered_from_1_and_once(sections, told):
+    with pytest.raises(TakeError, match=told):
+        replace(load_protocol("paper"), sections=sections)
 
 
 @given(st.binary(max_size=60), st.integers(0, 3000))

@@ -310,6 +310,9 @@ def test_too_few_or_doubled_sections_are_refused(protocol, rehearse):
     twice = replace(take, bodies=(*take.bodies, replace(take.bodies[1], name="Section 1")))
     with pytest.raises(TakeError, match="section 1 is there twice, as 'section_01' and 'Section 1'"):
         build(protocol, {"bend": [twice]})
+    beyond = replace(protocol, sections=((3, "section_03"), (5, "section_05"), (7, "section_07"), (19, "tip")))
+    with pytest.raises(TakeError, match="the protocol's section 19 is 'tip'; allowed: 1 to 18"):
+        build(beyond, {"bend": [take]})
     named = replace(protocol, sections=((1, "section_03"), (2, "section_05"), (3, "elsewhere")))
     with pytest.raises(TakeError, match="2 sections found"):
         build(named, {"bend": [take]})

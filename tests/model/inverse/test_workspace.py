@@ -34,6 +34,11 @@ def test_a_planar_trunks_tips_lie_in_its_plane() -> None:
     assert found.in_plane(1e-4).all()
 
 
+def test_two_levels_are_slack_and_the_largest_tension() -> None:
+    found = workspace.map(presets.get("spirob-15"), levels=2)
+    assert np.unique(found.tension).tolist() == [0.0, presets.get("spirob-15").cable.tension_max]
+
+
 def test_too_many_levels_and_batches_are_refused() -> None:
     with pytest.raises(ModelError, match="levels"):
         workspace.map(presets.PAPER, levels=1000)

@@ -9,7 +9,7 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
 from spiraltrunk.model.statics.paper_pull import compute_paper_shape
-from spiraltrunk.model.statics.pull_sequences import rest, wind_cables
+from spiraltrunk.model.statics.pull_sequences import pull_ventral, rest, wind_cables
 
 DESIGN, HANGING = presets.PAPER, math.pi / 2
 SLACK = -0.12
@@ -38,6 +38,18 @@ def test_ventral_cables_pulled_equally_lengthen_cable_1_alike():
     shape = wind_cables(DESIGN, [SLACK, 0.05, 0.05])
     assert found.shape.cable_change[0] == pytest.approx(shape.cable_change[0], abs=2e-3)
     assert "until cable 1 is" in found.pull
+
+
+@pytest.mark.parametrize("n_cable", [2, 4, 6])
+def test_the_ventral_cables_of_other_trunks_are_known_too(n_cable):
+    """Of six cables the two beside the middle one are taut: that one comes in farther."""
+    angles = tuple(2 * math.pi * i / n_cable for i in range(n_cable))
+    design = replace(DESIGN, cable=replace(DESIGN.cable, angles=angles))
+    found = compute_paper_shape(design, pull_ventral(design, 0.04), rest(design), HANGING)
+    assert found.pull == "ventral cables in until cable 1 is 40.0 mm longer"
+    assert found.shape.cable_change[0] - reference.rest(design, HANGING).cable_change[0] == pytest.approx(
+        -0.04, abs=1e-5
+    )
 
 
 def test_a_twist_ends_at_the_same_lengths_of_cables_1_and_2():

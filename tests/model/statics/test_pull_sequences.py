@@ -10,6 +10,7 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.trunk import ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.shape import Status
@@ -51,6 +52,18 @@ def test_cable_1_changes_by_what_was_asked(theta_0: float, friction: float) -> N
     assert ventral.cable_change[0] - rest == pytest.approx(-0.05, abs=2e-6)
     assert ventral.cable_change[1] == pytest.approx(ventral.cable_change[2], abs=1e-6)
     assert ventral.forces.cable_tension[0] == 0.0
+
+
+@pytest.mark.parametrize("n_cable", [4, 6])
+def test_a_ventral_pull_leaves_all_but_the_ventral_cables_slack(n_cable: int) -> None:
+    """The trunk bends in its plane by symmetry; lateral cables would pull it out, and dorsal ones against itself."""
+    angles = tuple(2 * math.pi * i / n_cable for i in range(n_cable))
+    design = replace(PAPER, cable=replace(PAPER.cable, angles=angles))
+    shape = pull_sequences.pull_ventral(design, 0.04)
+    assert shape.status == Status.CONVERGED
+    assert abs(shape.points[-1, 2]) < 1e-6
+    np.testing.assert_array_equal(shape.forces.cable_tension[~ventral_cables(design)], 0.0)
+    assert shape.cable_change[0] - pull_sequences.rest(design).cable_change[0] == pytest.approx(-0.04, abs=2e-6)
 
 
 def test_twist_pulls_cable_2_from_its_length_after_cable_1() -> None:

@@ -18,7 +18,7 @@ _ROUNDING = 5e-6
 _ACTIONS = {
     "rest": "all cables slack",
     "bend-dorsal": "cable 1 pulled in step by step, the others let out as far as they need",
-    "bend-ventral": "the other cables pulled in step by step, cable 1 let out as far as it needs",
+    "bend-ventral": "the ventral cables pulled in step by step, the others let out as far as they need",
     "twist": "cable 1 pulled in and held, then cable 2 pulled in step by step, cable 3 let out as far as it needs",
 }
 

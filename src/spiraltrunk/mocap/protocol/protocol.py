@@ -132,6 +132,17 @@ class Protocol:
             raise TakeError(f"rotations are {self.rotations[:40]!r}; allowed: quaternion or ignore")
         if not all(math.isfinite(value) and 0 <= value < 0.1 for value in self.slack):
             raise TakeError(f"slack is {self.slack} m; allowed: 0 to 100 mm each")
+        self._check_sections()
+
+    def _check_sections(self) -> None:
+        for number, name in self.sections:
+            if number < 1:
+                raise TakeError(f"sections has {number} for {name[:40]!r}; allowed: 1 at the base, and above")
+        for i, what in enumerate(("number", "name")):
+            for value, count in Counter(section[i] for section in self.sections).items():
+                if count > 1:
+                    told = value if isinstance(value, int) else value[:40]
+                    raise TakeError(f"sections has the {what} {told!r} {count} times; allowed: once")
 
     def run(self, name: str) -> Run:
         """The run of that name; the error where there is none lists those that are."""

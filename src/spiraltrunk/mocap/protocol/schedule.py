@@ -12,14 +12,11 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics.shape import Shape
-
-_PULLED = {"rest": (), "bend-dorsal": (0,), "bend-ventral": (1, 2), "twist": (0, 1)}
-"""Cables that are pulled, from 0; the others pay out freely."""
 
 
 @final
@@ -32,10 +29,12 @@ class Schedule:
     """Pull at each shape, as the models take it, shape (n,) [m]."""
     change: np.ndarray
     """Length pulled in since the straight trunk, by the paper's model, shape (n, n_cable) [m]."""
+    slack: tuple[float, ...]
+    """Slack of each cable that is compensated by the last shape, (n_cable,) [m]."""
     commanded: np.ndarray
     """The same with slack compensated: the winders' commands, shape (n, n_cable) [m]."""
     is_pulled: np.ndarray
-    """Cables that are pulled, shape (n_cable,) [bool]."""
+    """Cables that are pulled, shape (n_cable,) [bool]; the others pay out freely."""
 
     @property
     def pull(self) -> np.ndarray:
@@ -58,8 +57,18 @@ def build_schedule(design: TrunkDesign, protocol: Protocol, run: Run) -> Schedul
     except ModelError as error:
         raise TakeError(f"run {run.name!r} asks for what the design {design.name!r} cannot do: {error}") from None
     compensation = np.array(protocol.slack) / max(run.steps, 1) * np.arange(run.n_shape)[:, None]
-    is_pulled = np.isin(np.arange(design.n_cable), _PULLED[run.kind])
-    return Schedule(run=run, amount=amount, change=change, commanded=change + compensation, is_pulled=is_pulled)
+    return Schedule(
+        run=run, amount=amount, change=change, slack=protocol.slack, commanded=change + compensation,
+        is_pulled=_find_pulled(design, run.kind),
+    )  # fmt: skip
+
+
+def _find_pulled(design: TrunkDesign, kind: str) -> np.ndarray:
+    """Cables that the models pull in a run of this kind, shape (n_cable,) [bool]."""
+    if kind == "bend-ventral":
+        return ventral_cables(design)
+    first = {"rest": 0, "bend-dorsal": 1, "twist": 2}[kind]
+    return np.arange(design.n_cable) < first
 
 
 def solve_reference(design: TrunkDesign, run: Run, amount: np.ndarray) -> Shape:

@@ -110,7 +110,7 @@ def _read_sections(table: object) -> tuple[tuple[int, str], ...]:
     if not isinstance(table, dict):
         raise TakeError(f"sections is {str(table)[:40]!r}; allowed: a table")
     for key, name in table.items():
-        if not (re.fullmatch("[0-9]{1,3}", key) and isinstance(name, str) and name):
-            allowed = "numbers of sections, 1 at the base, with the names of their rigid bodies"
+        if not (re.fullmatch("[1-9][0-9]{0,2}", key) and isinstance(name, str) and name):
+            allowed = "numbers of sections, 1 at the base, without leading zeros, with the names of their rigid bodies"
             raise TakeError(f"sections.{key[:40]} is {str(name)[:40]!r}; allowed: {allowed}")
     return tuple((int(key), name) for key, name in table.items())

@@ -66,6 +66,10 @@ class HeldShape:
 def find_sections(take: Take, design: TrunkDesign, protocol: Protocol) -> SectionTracks:
     """Sections of a recording by their names; too few, a duplicate and one beyond the design are refused."""
     named = {name: number for number, name in protocol.sections}
+    within = f"1 to {design.n_section}, as the design {design.name!r} has"
+    for name, number in named.items():
+        if number > design.n_section:
+            raise TakeError(f"the protocol's section {number} is {name[:40]!r}; allowed: {within}")
 
     def number_of(name: str) -> int | None:
         if named:
@@ -77,8 +81,7 @@ def find_sections(take: Take, design: TrunkDesign, protocol: Protocol) -> Sectio
     markers = _find_markers(take, number_of)
     found = sorted({*bodies, *markers})
     if found and found[-1] > design.n_section:
-        allowed = f"1 to {design.n_section}, as the design {design.name!r} has"
-        raise TakeError(f"section {found[-1]} recorded; allowed: {allowed}", file=take.source)
+        raise TakeError(f"section {found[-1]} recorded; allowed: {within}", file=take.source)
     if len(found) < FEWEST:
         listed = format_names([track.name for track in (*take.bodies, *take.markers)], 8)
         allowed = f"{FEWEST} or more rigid bodies section_01 ..., or markers section_01:Marker1 to 3, or [sections]"

@@ -75,10 +75,10 @@ def map(
     check_count("levels", levels, least=2, most=_MOST)
     if levels**design.n_cable > _MOST:
         raise ModelError(f"levels is {levels}; allowed: at most {int(_MOST ** (1 / design.n_cable))} for this design")
-    row = np.concatenate([[0.0], np.geomspace(least_tension(design), design.cable.tension_max, levels - 1)])
-    tension = np.stack(
-        np.meshgrid(*[np.minimum(row, design.cable.tension_max)] * design.n_cable, indexing="ij"), axis=-1
-    )
+    most = design.cable.tension_max
+    taut = [most] if levels == 2 else np.geomspace(least_tension(design), most, levels - 1)
+    row = np.minimum(np.concatenate([[0.0], taut]), most)
+    tension = np.stack(np.meshgrid(*[row] * design.n_cable, indexing="ij"), axis=-1)
     tension = tension.reshape(-1, design.n_cable)
     shape = equilibrium.solve(
         design, tension=tension, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options

@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model import reference
@@ -23,6 +23,9 @@ _SLACK = 1e-6
 
 _EQUAL = 5e-5
 """Difference of two pulls below which they count as equal [m]: half of a slider's step."""
+
+_LEVER = 1e-6
+"""Difference of two cables' levers over their radius below which they count as equal [-]."""
 
 
 @explain_fields
@@ -68,7 +71,7 @@ def _compute(design: TrunkDesign, taut: tuple[int, ...], moved: np.ndarray, thet
     if taut == (0,) and 0.0 <= moved[0] <= most:
         pull = min(float(moved[0]), stroke)
         return PaperShape(shape=reference.bend_dorsal(design, pull, theta_0), pull=f"cable 1 in by {_mm(pull)}")
-    if taut == tuple(range(1, design.n_cable)) and np.ptp(moved[1:]) < 2 * _EQUAL and moved[0] <= 0.0:
+    if _are_ventral(design, taut) and np.ptp(moved[list(taut)]) < 2 * _EQUAL and moved[0] <= 0.0:
         given = -float(moved[0])
         shape = reference.bend_ventral(design, given, theta_0)
         return PaperShape(shape=shape, pull=f"ventral cables in until cable 1 is {_mm(given)} longer")
@@ -76,6 +79,17 @@ def _compute(design: TrunkDesign, taut: tuple[int, ...], moved: np.ndarray, thet
         return _twist(design, min(float(moved[0]), stroke), float(moved[1]), theta_0)
     known = "rest, cable 1 alone, the ventral cables equally, cable 1 and then cable 2"
     return PaperShape(shape=None, pull=f"the paper's model has no shape for these pulls; it has: {known}")
+
+
+def _are_ventral(design: TrunkDesign, taut: tuple[int, ...]) -> bool:
+    """Whether the taut cables are the ventral ones, or those of them with the shortest lever.
+
+    Pulled in equally, the others are slack: they come in farther as the trunk bends.
+    """
+    ventral = np.flatnonzero(ventral_cables(design))
+    lever = -design.cable_direction[ventral, 1]
+    shortest = ventral[lever < lever.min(initial=np.inf) + _LEVER]
+    return taut in (tuple(ventral.tolist()), tuple(shortest.tolist()))
 
 
 def _twist(design: TrunkDesign, first: float, moved: float, theta_0: float) -> PaperShape:

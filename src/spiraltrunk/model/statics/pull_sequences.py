@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.checks import read_numbers
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics import cables
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN, pull_range
@@ -72,13 +72,13 @@ def pull_dorsal(
 def pull_ventral(
     design: TrunkDesign, lengthening: float, theta_0: float = math.pi / 2, *, friction: float | None = None
 ) -> Shape:
-    """Equilibrium after all cables but the first are pulled in equally until cable 1, relaxed, has a given length.
+    """Equilibrium after the ventral cables are pulled in equally until cable 1 has a given length, all others relaxed.
 
     The common pull is found by root search, each trial from rest because of friction. Where full curl does not lengthen
     cable 1 that far, the result is full curl.
 
     Args:
-        design: the trunk; cable 1 dorsal, the others mirroring each other.
+        design: the trunk; cable 1 dorsal, the others mirroring each other, one of them ventral.
         lengthening: lengthening of cable 1 from rest, 0 to 1.01 times that of full curl [m].
     """
     from scipy.optimize import brentq  # Takes 0.3 s: not at the start.
@@ -86,16 +86,16 @@ def pull_ventral(
     prepared = prepare(design)
     check_ventral(design, prepared)
     lengthening = _read_pull("lengthening", lengthening, prepared.ventral_stroke)
-    start = _rest_alone(design, theta_0, friction)
+    start, pulled = _rest_alone(design, theta_0, friction), np.flatnonzero(ventral_cables(design))
 
     def bend(pull: float) -> Shape:
-        return _pull_on(design, start, dict.fromkeys(range(1, design.n_cable), pull), theta_0, friction)
+        return _pull_on(design, start, dict.fromkeys(pulled.tolist(), pull), theta_0, friction)
 
     def excess(pull: float) -> float:
         return float(start.cable_change[0] - bend(pull).cable_change[0]) - lengthening
 
     full = np.full((design.n_joint, 2), [0.0, -design.joint_limit])
-    most = PULL_MARGIN * float(cables.lengths(design, full).change[1:].max() - start.cable_change[1:].min())
+    most = PULL_MARGIN * float(cables.lengths(design, full).change[pulled].max() - start.cable_change[pulled].min())
     if lengthening == 0.0 or excess(most) <= 0.0:
         return bend(most if lengthening > 0.0 else 0.0)
     return bend(float(brentq(excess, 0.0, most, xtol=LENGTH_TOLERANCE / 10)))

@@ -62,9 +62,11 @@ def record_virtual(report: Report, design: TrunkDesign, run: str, seed: int, fol
 
     ``spiraltrunk calibrate --virtual`` simulates them in MuJoCo, which takes minutes.
     """
+    from spiraltrunk.workflows.virtual_session.cameras import select_sections
     from spiraltrunk.workflows.virtual_session.printed_trunk import draw_printed_trunk
     from spiraltrunk.workflows.virtual_session.session import simulate_session, write_session
 
+    select_sections(design)
     packaged = load_protocol(PACKAGED)
     protocol = replace(packaged, runs=(packaged.run(run),))
     report((f"solving {run}", 0, 1))

@@ -11,6 +11,9 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.calibration.predict_states import place_markers
+from spiraltrunk.design import presets
+from spiraltrunk.design.schema import MILLI, Key, Kind, format_value
+from spiraltrunk.design.toml import write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.atomic import write_text
@@ -27,6 +30,11 @@ from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions
 
 WRITER = "calibrate --virtual"
 """Name of the command in output folders."""
+
+_DESIGN = "trunk.toml"
+"""File of a design that is no preset."""
+
+_SLACK = Key("slack_mm", Protocol, "slack", MILLI, Kind.NUMBERS)
 
 
 @explain_fields
@@ -65,9 +73,14 @@ def simulate_session(
     return runs
 
 
-def list_files(runs: Sequence[Run]) -> list[str]:
+def list_files(design: TrunkDesign, runs: Sequence[Run]) -> list[str]:
     """Names of the files of a session with these runs."""
-    return [*(_name_take(run, take) for run in runs for take in range(max(run.takes, 2))), "protocol.toml"]
+    takes = [_name_take(run, take) for run in runs for take in range(max(run.takes, 2))]
+    return [*takes, "protocol.toml", *([] if _is_preset(design) else [_DESIGN])]
+
+
+def _is_preset(design: TrunkDesign) -> bool:
+    return design.name in presets.NAMES and presets.get(design.name) == design
 
 
 def _name_take(run: Run, take: int) -> str:
@@ -80,26 +93,37 @@ def write_session(
 ) -> list[Path]:  # fmt: skip
     """Write takes as Motive CSV 1.23, named ``RUN_1.csv``, ``RUN_2.csv`` and so on, y up, with a protocol to read them.
 
-    Its steps are timed: while a winder takes in slack, nothing moves, so that motion does not show the step.
+    Its steps are timed: while a winder takes in slack, nothing moves, so that motion does not show the step. It names
+    the design; one that is no preset is written beside it as ``trunk.toml``.
 
     Raises:
         OutputError: where a file cannot be written or must not be replaced.
     """
     planned = [run.schedule.run for run in runs]
-    names = list_files(planned)
+    names = list_files(design, planned)
     with open_output(folder, WRITER, names) as output, output.draft() as draft:
         for number, run in enumerate(runs):
             for take in range(max(run.schedule.run.takes, 2)):
-                recorded = record_run(design, run, 1000 * seed + 10 * number + take, options)
+                recorded = record_run(design, run, _seed_take(seed, number, take), options)
                 write_motive(recorded, draft / _name_take(run.schedule.run, take))
-        write_text(draft / "protocol.toml", _format_protocol(planned, options.period))
+        write_text(draft / "protocol.toml", _format_protocol(design, runs, options.period))
+        if not _is_preset(design):
+            write_design(design, draft / _DESIGN, ["The trunk as designed; the simulated one deviates from it."])
     return [output.path / name for name in names]
 
 
-def _format_protocol(runs: Sequence[Run], period: float) -> str:
-    """Runs as the text of a protocol with a step every ``period`` [s]."""
+def _seed_take(seed: int, number: int, take: int) -> int | tuple[int, ...]:
+    """Seed of one take; the short form, which published figures rely on, wherever it is unique."""
+    return 1000 * seed + 10 * number + take if number < 100 and take < 10 else (seed, number, take)
+
+
+def _format_protocol(design: TrunkDesign, runs: Sequence[SimulatedRun], period: float) -> str:
+    """Runs of one protocol as the text of a protocol with a step every ``period`` [s]."""
     text = '# Written with a virtual session.\nschema = 1\nname = "virtual"\naxes = "y-up"\nalignment = "base"\n'
-    for run in runs:
+    text += f'design = "{design.name if _is_preset(design) else _DESIGN}"\n'
+    if runs:
+        text += f"slack_mm = {format_value(runs[0].schedule.slack, _SLACK)}\n"
+    for run in (simulated.schedule.run for simulated in runs):
         text += f'\n[[run]]\nname = "{run.name}"\nkind = "{run.kind}"\ntheta0_deg = {math.degrees(run.theta_0):.9g}\n'
         text += f"takes = {max(run.takes, 2)}\n"
         if run.steps:

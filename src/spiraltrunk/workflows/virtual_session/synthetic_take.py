@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.mocap.recordings.take import SYNTHETIC, Body, Marker, Take
 from spiraltrunk.mocap.signal.registration import Motion
@@ -69,8 +70,13 @@ def build_synthetic_take(
         rotation: axes of all sections, shape (n, n_section, 3, 3) [-].
         theta_0: angle of the base axis below the horizontal [rad].
         options: how it is recorded.
+
+    Raises:
+        ModelError: for markers on a section that the design lacks.
     """
     numbers = options.sections or tuple(range(1, design.n_section + 1))
+    if not 1 <= min(numbers) <= max(numbers) <= design.n_section:
+        raise ModelError(f"sections are {numbers}; allowed: 1 to {design.n_section}, as the design has")
     chosen = np.array(numbers) - 1
     corners = _corners(design.solid.radius)
     local = design.scale[chosen, None, None] * corners

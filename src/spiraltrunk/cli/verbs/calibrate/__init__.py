@@ -120,13 +120,14 @@ def _read_weighing(arguments: argparse.Namespace) -> Weighing:
 
 
 def _simulate(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> Answer:
-    from spiraltrunk.workflows.virtual_session.cameras import NAME
+    from spiraltrunk.workflows.virtual_session.cameras import NAME, select_sections
     from spiraltrunk.workflows.virtual_session.printed_trunk import draw_printed_trunk
     from spiraltrunk.workflows.virtual_session.session import WRITER, list_files, simulate_session, write_session
 
+    select_sections(design)  # Refuses before the simulation, which takes minutes.
     seed = arguments.seed or 0
     trunk = draw_printed_trunk(design, seed)
-    names = list_files(protocol.runs)
+    names = list_files(design, protocol.runs)
     with open_out(arguments.virtual, WRITER, names, "--virtual") as output, show_progress(sys.stderr) as progress:
         runs = simulate_session(design, trunk, protocol, progress=progress)
         progress("writing", 0, 1)

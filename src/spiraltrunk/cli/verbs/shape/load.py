@@ -33,7 +33,7 @@ LOADS = {
     "dorsal": LoadSpec("--dorsal-mm", 1, "D", MODELS, "cable 1 pulled in by D from rest, the others relaxed"),
     "ventral": LoadSpec(
         "--ventral-mm", 1, "D", MODELS,
-        "the other cables pulled in equally until cable 1 has lengthened by D from rest",
+        "the ventral cables pulled in equally until cable 1 has lengthened by D from rest, the others relaxed",
     ),
     "twist": LoadSpec(
         "--twist-mm", 2, ("D1", "D2"), MODELS,
