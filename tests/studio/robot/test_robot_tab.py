@@ -78,8 +78,13 @@ def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_pic
     page.get_by_text("the pose has no name").wait_for(timeout=PATIENT)
     row = page.locator("div:has(> div label)", has=page.get_by_text("Name", exact=True)).last
     row.get_by_role("textbox").last.fill("bent")
-    page.wait_for_timeout(500)  # The text has left the box.
-    press(page, "Save the pose")
+
+    def save() -> bool:
+        press(page, "Save the pose")
+        page.wait_for_timeout(500)
+        return poses.exists()
+
+    wait_until(save)  # The text may leave the box after the press.
     page.get_by_text("the pose 'bent' is saved in poses.json").wait_for(timeout=PATIENT)
     saved = load_poses(poses, compute_pull_limits(presets.PAPER))["bent"]
     assert saved.pulls[0] > 0.01
