@@ -78,3 +78,8 @@ def get(name: str) -> TrunkDesign:
     if name not in _BUILDERS:
         raise UnknownName("preset", name, NAMES)
     return _BUILDERS[name]()
+
+
+def find_name(design: TrunkDesign) -> str | None:
+    """Name of the preset that a design equals; None where it is a design of one's own."""
+    return next((name for name in NAMES if get(name) == design), None)

@@ -95,7 +95,7 @@ def _check_arm(design: TrunkDesign, name: str) -> None:
 
 def find_preset(design: TrunkDesign) -> str:
     """Name of the preset that a design is, or `OWN`."""
-    return next((name for name in presets.NAMES if presets.get(name) == design), OWN)
+    return presets.find_name(design) or OWN
 
 
 def rename(design: TrunkDesign) -> TrunkDesign:

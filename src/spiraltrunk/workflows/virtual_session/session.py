@@ -76,11 +76,7 @@ def simulate_session(
 def list_files(design: TrunkDesign, runs: Sequence[Run]) -> list[str]:
     """Names of the files of a session with these runs."""
     takes = [_name_take(run, take) for run in runs for take in range(max(run.takes, 2))]
-    return [*takes, "protocol.toml", *([] if _is_preset(design) else [_DESIGN])]
-
-
-def _is_preset(design: TrunkDesign) -> bool:
-    return design.name in presets.NAMES and presets.get(design.name) == design
+    return [*takes, "protocol.toml", *([] if presets.find_name(design) else [_DESIGN])]
 
 
 def _name_take(run: Run, take: int) -> str:
@@ -107,7 +103,7 @@ def write_session(
                 recorded = record_run(design, run, _seed_take(seed, number, take), options)
                 write_motive(recorded, draft / _name_take(run.schedule.run, take))
         write_text(draft / "protocol.toml", _format_protocol(design, runs, options.period))
-        if not _is_preset(design):
+        if presets.find_name(design) is None:
             write_design(design, draft / _DESIGN, ["The trunk as designed; the simulated one deviates from it."])
     return [output.path / name for name in names]
 
@@ -120,7 +116,7 @@ def _seed_take(seed: int, number: int, take: int) -> int | tuple[int, ...]:
 def _format_protocol(design: TrunkDesign, runs: Sequence[SimulatedRun], period: float) -> str:
     """Runs of one protocol as the text of a protocol with a step every ``period`` [s]."""
     text = '# Written with a virtual session.\nschema = 1\nname = "virtual"\naxes = "y-up"\nalignment = "base"\n'
-    text += f'design = "{design.name if _is_preset(design) else _DESIGN}"\n'
+    text += f'design = "{presets.find_name(design) or _DESIGN}"\n'
     if runs:
         text += f"slack_mm = {format_value(runs[0].schedule.slack, _SLACK)}\n"
     for run in (simulated.schedule.run for simulated in runs):

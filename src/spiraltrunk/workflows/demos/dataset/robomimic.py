@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from spiraltrunk.design import presets
-from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.workflows.demos.dataset.columns import (
     compute_reward,
     describe_provenance,
@@ -110,14 +109,8 @@ def _describe_environment(worlds: Mapping[str, dict[str, Any]], layout: Layout) 
     """
     job = next(job for job in _ENVIRONMENTS if job in worlds)
     actions = {"control_mode": layout.mode.value, "control_hz": layout.fps}
-    arguments = {**worlds[job], "design": _name_design(layout.design), **actions}
+    arguments = {**worlds[job], "design": presets.find_name(layout.design) or DESIGN_FILE, **actions}
     return {"env_name": _ENVIRONMENTS[job], "type": GYM, "env_kwargs": arguments}
-
-
-def _name_design(design: TrunkDesign) -> str:
-    """Name of a preset, else the file of the design in the folder of demonstrations."""
-    is_preset = design.name in presets.NAMES and presets.get(design.name) == design
-    return design.name if is_preset else DESIGN_FILE
 
 
 def _describe_names(layout: Layout) -> dict[str, tuple[str, ...]]:
