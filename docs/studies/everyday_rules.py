@@ -16,7 +16,7 @@ from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.assessment import assess
-from spiraltrunk.strategies.fingertip.assess import grip_force, held_width
+from spiraltrunk.strategies.fingertip.assess import SLAB, grip_force, held_width
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, held_mass, wrapped_range
 from spiraltrunk.strategies.wrap.unsteady import TOUCH_HEIGHT
@@ -52,6 +52,9 @@ def compute_rules(design: TrunkDesign) -> dict[str, str]:
             f"{held_mass(design, width):.1f} kg at {1e3 * width:.0f} mm" for width in WIDTHS
         ),
         "width between the fingers": f"up to {1e3 * held_width(gripper):.0f} mm",
+        "shorter side of what stands on unequal sides, between the fingers": (
+            f"up to {1e3 * SLAB * gripper.grasp_width:.0f} mm"
+        ),
         f"mass that the fingers hold at a friction of {FRICTION:g}": (
             f"{1e3 * FRICTION * grip_force(gripper) / GRAVITY:.0f} g"
         ),

@@ -24,6 +24,7 @@ from spiraltrunk.strategies.fingertip.plan import (
     gripper_of,
     gripping_base,
     opening,
+    opposed_axis,
     set_aside,
     turned_across,
 )
@@ -110,7 +111,7 @@ class TipStrategy(MoveStrategy[TipState]):
     def init(self, observation: Observation) -> TipState:
         """Plan the way above the object, turned across its axis as it is seen from the start."""
         task, start, camera = observation.task, observation.T_world_base[:3, :3], observation.camera
-        axis = task.target.axis if camera is None else camera.axis
+        axis = opposed_axis(task, task.target.axis if camera is None else camera.axis)
         rotation = turned_across(start, axis, task)
         moves = reach(observation, seen_position(observation), rotation)
         return TipState(sequence=begin(moves, observation), start=start, weight=weight(observation))
@@ -170,6 +171,7 @@ def _grip(state: TipState, observation: Observation) -> TipState:
     if state.seen:
         place, axis, _ = np.split(_mean(state.seen), [3, 6])
         task = find_seen_task(task, place, axis)
+    axis = opposed_axis(task, axis)
     rotation = turned_across(state.start, axis, task)
     hold = min(1.0, FIRMER**state.retries * closing(task))
     try:

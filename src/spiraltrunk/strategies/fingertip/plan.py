@@ -90,23 +90,54 @@ def find_seen_task(task: Task, position: np.ndarray, axis: np.ndarray) -> Task:
     return replace(task, target=replace(target, position=position, axis=axis, profile=None, handle=handle))
 
 
-def without_handle(task: Task) -> Task:
-    """The task with an object that has a handle as the upright cylinder round its body: fingers pass on both sides.
+def as_gripped(task: Task) -> Task:
+    """The task with the object as the fingers meet it; the same where that is already so.
 
-    It keeps the object's centre; `set_aside` tells where its body is.
+    One with a handle is the upright cylinder round its body: fingers pass on both sides. One that stands, and is too
+    wide for fingers in any direction but across its shorter side, is a bar that lies along its longer side. The object
+    keeps its centre and its height; `set_aside` tells where the body is.
     """
     target = task.target
-    if target.handle is None:
-        return task
-    return replace(task, target=replace(target, kind="cylinder", width=target.handle.body_width, profile=None))
+    if target.handle is not None:
+        return replace(task, target=replace(target, kind="cylinder", width=target.handle.body_width, profile=None))
+    return replace(task, target=_as_bar(target)) if is_slab(task) else task
 
 
-def height_margin(height: float) -> float:
+def opposed_axis(task: Task, seen: np.ndarray) -> np.ndarray:
+    """Axis across which the fingers oppose each other, shape (3,) [-].
+
+    Args:
+        task: the task as announced.
+        seen: axis of the object as the camera sees it, shape (3,) [-]; that of what lies.
+    """
+    return as_gripped(task).target.axis if is_slab(task) else seen
+
+
+def is_slab(task: Task) -> bool:
+    """Whether the fingers pass an object that stands only across its shorter side, whose direction is announced."""
+    target, gripper = task.target, task.design.gripper
+    if gripper is None or target.side_yaw is None or target.profile is None or abs(float(target.axis[2])) < 0.5:
+        return False
+    return passed_width(task) > gripper.grasp_width >= passed_width(replace(task, target=_as_bar(target)))
+
+
+def _as_bar(target: Target) -> Target:
+    """The object as one that lies along its longer side, and is as high as it stands."""
+    assert target.side_yaw is not None
+    assert target.profile is not None
+    along = np.array([math.cos(target.side_yaw), math.sin(target.side_yaw), 0.0])
+    least = float(target.profile.width_least.max())
+    return replace(target, kind="box", axis=along, width=least, length=target.longer_side, side_yaw=None)
+
+
+def height_margin(height: float, is_slab: bool = False) -> float:
     """Largest excess of an object's ``height`` [m] over what is known of it when it is gripped [-].
 
-    Seen is the middle, and so twice its error the top: a tall object's height is seen better than it is announced.
+    Seen is the middle, and so twice its error the top: a tall object's height is seen better than it is announced. The
+    fingers open above a standing slab and reach little below its top, so that each millimetre counts: of 36 trials with
+    light ones 32 held with the error once, 18 with it twice.
     """
-    return min(SIZE_ERROR, 2 * SEEN_ERROR / height)
+    return min(SIZE_ERROR, (1 if is_slab else 2) * SEEN_ERROR / height)
 
 
 def _stretched(task: Task, rise: float) -> Task:
@@ -140,17 +171,17 @@ def tip_height(task: Task) -> float:
     Raises:
         ModelError: where the trunk has no gripper, or the fingers open too little for the object.
     """
-    task = without_handle(task)
+    taller, task = _find_taller(task), as_gripped(task)
     gripper, target, width = gripper_of(task), task.target, passed_width(task)
     if width <= gripper.grasp_width:
         height, gap = object_height(task), CLEARANCE * gripper.finger_length
-        low = max((1 + GROUND_GAP) * gripper.finger_length, (1 + height_margin(height)) * height + gap)
+        low = max((1 + GROUND_GAP) * gripper.finger_length, taller * height + gap)
         reach = WIDE_REACH if is_wide(task) and target.kind == "box" else REACH
         low = max(low, height / 2 + reach * gripper.finger_length)
         for above in np.linspace(low, low + gripper.finger_length, _N_HEIGHT):
             if is_wide_cylinder(task) and above > height / 2 + ROUND_REACH * gripper.finger_length:
                 raise ModelError(f"too wide to lie between the fingers: they do not reach round {1e3 * width:.0f} mm")
-            if _opening_tension(task, float(above)) is not None:
+            if _opening_tension(task, float(above), taller) is not None:
                 return ground_height(task) + float(above)
     raise ModelError(
         f"the fingers do not open round {1e3 * width:.0f} mm; "
@@ -160,8 +191,8 @@ def tip_height(task: Task) -> float:
 
 def opening(task: Task) -> float:
     """Gripper command that opens the fingers round the object, -1 to 0 [-]; raises as `tip_height`."""
-    gripper, above, task = gripper_of(task), tip_height(task) - ground_height(task), without_handle(task)
-    tension = _opening_tension(task, above)
+    gripper, above, taller = gripper_of(task), tip_height(task) - ground_height(task), _find_taller(task)
+    tension = _opening_tension(as_gripped(task), above, taller)
     return -(gripper.tension_max if tension is None else tension) / gripper.tension_max
 
 
@@ -228,10 +259,18 @@ def side_shift(task: Task) -> float:
     return off * (upper_width(task) / 2 + skin) / side_share(gripper.n_finger)
 
 
-def _opening_tension(task: Task, above: float) -> float | None:
-    """Tension that opens the fingers round the object, the trunk's end ``above`` what it rests on [m]."""
+def _find_taller(task: Task) -> float:
+    """Largest height of the object when it is gripped, over what is known of it [-]."""
+    return 1 + height_margin(object_height(task), is_slab(task))
+
+
+def _opening_tension(task: Task, above: float, taller: float) -> float | None:
+    """Tension that opens the fingers round the object, the trunk's end ``above`` what it rests on [m].
+
+    The object may be ``taller`` than it is known by this factor.
+    """
     gripper, target, height = gripper_of(task), task.target, object_height(task)
-    larger, taller = 1 + SIZE_ERROR, 1 + height_margin(height)
+    larger = 1 + SIZE_ERROR
     radius, room = larger * _reach_out(target), ROOM * gripper.finger_length
     top = above - taller * height
     share = side_share(gripper.n_finger) if is_wide(task) else 1.0
@@ -272,7 +311,7 @@ def closing(task: Task) -> float:
     announced friction over SAFETY. Where that is nothing, it presses as hard as it can. On a wide object that lies, the
     finger normal to its axis opposes all others: they press together as it does alone, which counts as two.
     """
-    task = without_handle(task)
+    task = as_gripped(task)
     gripper, target = gripper_of(task), task.target
     slope = cone_slope(target)
     lifting = target.friction / SAFETY * math.cos(slope) - math.sin(slope)
@@ -296,6 +335,7 @@ def set_aside(task: Task, rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """
     if task.target.handle is not None:
         return task.target.handle.body_offset
+    task = as_gripped(task)
     if not is_wide(task):
         return np.zeros(3)
     angle = 2 * math.pi * np.arange(gripper_of(task).n_finger) / gripper_of(task).n_finger
