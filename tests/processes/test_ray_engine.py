@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -99,6 +100,23 @@ def test_every_job_is_done_once_with_few_pending(fakes: ModuleType, ray: FakeRay
     outcomes = list(RayEngine()(fakes.double, range(20), 2))
     assert sorted((outcome.job, outcome.unwrap()) for outcome in outcomes) == [(i, 2 * i) for i in range(20)]
     assert ray.largest == 4
+
+
+def test_relative_paths_count_from_the_folder_of_the_command(
+    ray: FakeRay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, other = tmp_path / "begun", tmp_path / "other"
+    for folder in (begun, other):
+        folder.mkdir()
+    (begun / "part.stl").write_text("solid")
+    monkeypatch.chdir(begun)
+
+    def jobs() -> Iterator[str]:
+        monkeypatch.chdir(other)  # Where the worker was started.
+        yield "part.stl"
+
+    outcomes = list(RayEngine()(os.path.getsize, jobs(), 1))
+    assert [outcome.unwrap() for outcome in outcomes] == [5]
 
 
 def test_a_ray_of_this_machine_is_light_and_leaves_nothing(fakes: ModuleType, ray: FakeRay) -> None:

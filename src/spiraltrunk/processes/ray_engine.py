@@ -58,7 +58,7 @@ class RayEngine:
     """Runs jobs on Ray.
 
     Workers find modules where they are installed on their node, and else at this process's own search path, which a
-    file system that all nodes share makes valid everywhere.
+    file system that all nodes share makes valid everywhere. Relative paths of files count from this process's folder.
     """
 
     address: str | None = None
@@ -171,14 +171,14 @@ def _start(ray: Any, asked: dict[str, Any]) -> None:
 
 def _run(ray: Any, work: Callable[[Job], Result], jobs: Iterable[Job]) -> Generator[Outcome[Job, Result], None, None]:
     waiting, task = iter(jobs), _build_task(ray)
-    path = [str(Path(each).absolute()) for each in sys.path]
+    folder, path = str(Path.cwd()), [str(Path(each).absolute()) for each in sys.path]
     sent = ray.cloudpickle.dumps(work)
     pending: dict[Any, Job] = {}
     try:
         while True:
             most = _PENDING * max(1, int(ray.cluster_resources().get("CPU", 0)))
             for job in islice(waiting, max(0, most - len(pending))):
-                pending[task.remote(path, THREADS, sent, ray.cloudpickle.dumps(job))] = job
+                pending[task.remote(folder, path, THREADS, sent, ray.cloudpickle.dumps(job))] = job
             if not pending:
                 return
             for done in ray.wait(list(pending), num_returns=1, timeout=_PATIENCE)[0]:
@@ -209,12 +209,15 @@ def _receive(ray: Any, done: Any, job: Job) -> Outcome[Job, Any]:
 def _build_task(ray: Any) -> Any:
     """The task that workers run. It is sent as code, so that a worker needs nothing to receive it."""
 
-    def serve(path: list[str], threads: tuple[str, ...], work: bytes, job: bytes) -> tuple[str, Any]:
+    def serve(folder: str, path: list[str], threads: tuple[str, ...], work: bytes, job: bytes) -> tuple[str, Any]:
         """Why the work cannot be imported, or an empty text; result, fault and exception of the job."""
         import os
         import pickle
         import sys
+        from contextlib import suppress
 
+        with suppress(OSError):  # A node may lack the folder; then only relative paths of files fail.
+            os.chdir(folder)
         os.environ.update(dict.fromkeys(threads, "1"))
         sys.path.extend(each for each in path if each not in sys.path)
         try:

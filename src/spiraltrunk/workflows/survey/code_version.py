@@ -50,7 +50,7 @@ class SameCode:
 @cache
 def compute_code() -> dict[str, Any]:
     """Versions of the packages that a trial's outcome depends on, and the digest of the code."""
-    versions = read_versions("mujoco", "mink", "numpy", "scipy")
+    versions = read_versions("mujoco", "mink", "daqp", "numpy", "numba", "scipy", "trimesh")
     del versions["python"]  # Surveys of different Python versions are equal.
     return {"versions": versions, "source": compute_source()}
 
