@@ -15,6 +15,7 @@ from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
 from spiraltrunk.sim.objects.presentation import present
+from spiraltrunk.sim.objects.spec import EXTENTS, MASSES
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
@@ -62,9 +63,9 @@ class Spread:
     yaw: float = math.radians(10.0)
     """Largest deviation of the object's yaw from the announced one [rad]."""
     size: float = 0.10
-    """Largest relative deviation of the object's size from the announced one [-]."""
+    """Largest relative deviation of the object's size from the announced one, within what objects may measure [-]."""
     mass: float = 0.20
-    """Largest relative deviation of the object's mass from the announced one [-]."""
+    """Largest relative deviation of the object's mass from the announced one, within what objects may weigh [-]."""
     friction: tuple[float, float] = (0.5, 1.2)
     """Least and largest coefficient of friction between silicone and object [-]."""
     stiffness: float = 0.10
@@ -119,7 +120,7 @@ def draw_scene(
     turned = float(rng.uniform(-math.pi / 2, math.pi / 2)) if chosen.support == "ground" and spread.yaw > 0 else 0.0
     sensors = replace(spread.sensors, has_camera=chosen.needs_camera, seed=int(rng.integers(2**32)))
     drawn = SceneOptions(
-        shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
+        shape=replace(_vary(shape, size, shape.mass * mass), friction=friction),
         announced=shape,
         support=chosen.support,
         orientation=orientation,
@@ -132,6 +133,14 @@ def draw_scene(
         friction_hardness=_hardness(chosen, shape),
     )
     return drawn if chosen.position is None else replace(drawn, position=(*chosen.position, drawn.position[2]))
+
+
+def _vary(shape: ObjectSpec, factor: float, mass: float) -> ObjectSpec:
+    """The object with sizes by ``factor`` and ``mass`` [kg], each as far as objects may have them."""
+    inside = 1e-9  # Products are rounded.
+    least, most = EXTENTS.least / min(shape.size) + inside, EXTENTS.below / max(shape.size) - inside
+    factor = min(max(factor, least), most)
+    return replace(scaled(shape, factor), mass=min(max(mass, MASSES.least), MASSES.below * (1 - inside)))
 
 
 def _find_orientation(strategy: Strategy[Any], shape: ObjectSpec) -> str:

@@ -1,8 +1,9 @@
 """Verdicts on a kick and on a sweep, from the simulator's true state alone.
 
-A kick succeeds where the object's centre passes the line through the goal's place, normal to the way there, in a
-direction at most 30 deg off that way, and comes to rest on the ground. A sweep succeeds where the object, which began
-outside, rests within the goal's zone when the trunk has withdrawn, and the grasp that follows succeeds as a grasp.
+A kick succeeds where the object's centre moves along the way from the announced place to the goal's by the length of
+that way, in a direction at most 30 deg off it, and comes to rest on the ground. A sweep succeeds where the object,
+which began outside, rests within the goal's zone when the trunk has withdrawn, and the grasp that follows succeeds as a
+grasp.
 """
 
 from __future__ import annotations
