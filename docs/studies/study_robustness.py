@@ -44,7 +44,7 @@ SURVEY_SEEDS = {
 """Seeds of the trials that stand in the page (`--seed`, or a survey's by `make_robustness.py --survey`)."""
 
 RECOUNTED = ("wrap-vertical", "wrap-oblique-low", "wrap-oblique", "wrap-horizontal", "sweep")
-"""Strategies that were counted again with friction and with other radii of the arm, since they had changed."""
+"""Strategies that were counted again in all conditions, since they had changed."""
 
 RADII = ("arm radius 36 mm", "arm radius 55 mm")
 """Conditions that change the radius of the arm's last link."""
@@ -53,6 +53,7 @@ LATER_SEEDS = {
     **{("friction 0.15", name): 8228 for name in RECOUNTED},
     **{(radius, name): 8229 for radius in RADII for name in RECOUNTED[1:]},
     **{(radius, "wrap-vertical"): 8230 for radius in RADII},
+    **{(trunk, name): 8231 for trunk in ("m 1.45", "m 1.7", "sections of 20 deg") for name in RECOUNTED},
 }
 """Seeds of the conditions and strategies that were counted again."""
 
