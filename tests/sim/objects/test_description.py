@@ -1,0 +1,33 @@
+"""What is told of an object: its volume whatever its pose and however its geoms are shown."""
+
+import math
+
+import pytest
+
+from spiraltrunk.sim.objects.catalogue import load_mjcf, parse_object
+from spiraltrunk.sim.objects.description import compute_volume, describe_object
+
+RING = 2 * math.pi**2 * 0.0375 * 0.0075**2
+CONE = math.pi * 0.045**2 * 0.16 / 3
+CYLINDER = math.pi * 0.03**2 * 0.2
+
+
+@pytest.mark.parametrize(("name", "volume"), [("ring-90", RING), ("cone-90", CONE)])
+@pytest.mark.parametrize("pose", ["", ",pose=0", ",pose=1", ",pose=lying"])
+def test_the_volume_is_that_of_the_solid_in_every_pose(name, volume, pose):
+    assert compute_volume(parse_object(name + pose)) == pytest.approx(volume, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("collides", "is_drawn"), [("0", "1"), ("2", "2"), ("3", "2"), ("4", "2"), ("3", "4"), ("5", "0")]
+)
+def test_a_copy_that_is_only_drawn_or_only_collides_has_no_volume_of_its_own(tmp_path, collides, is_drawn):
+    geom = '<geom type="cylinder" size="0.03 0.1"'
+    file = tmp_path / "object.xml"
+    file.write_text(
+        f'<mujoco><worldbody><body>{geom} mass="0.3" group="{collides}"/>'
+        f'{geom} mass="0" contype="0" conaffinity="0" group="{is_drawn}"/></body></worldbody></mujoco>'
+    )
+    about = describe_object(load_mjcf(str(file)))
+    # Where nothing is drawn, what collides counts.
+    assert about.volume == pytest.approx(CYLINDER, rel=1e-9)
