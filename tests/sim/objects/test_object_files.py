@@ -766,7 +766,7 @@ def mjcf(tmp_path):
 
 def test_a_body_from_mjcf_has_the_mass_and_inertia_that_mujoco_gives_it(mjcf):
     path = mjcf(DUMBBELL)
-    shape = parse_object(f"mjcf:path={path},axis=x")
+    shape = parse_object(f"mjcf:path={path},axis=y")  # Where the body's x points in the file.
     fused = mujoco.MjSpec.from_file(path)
     fused.compiler.fusestatic = True
     model = fused.compile()
@@ -781,6 +781,38 @@ def test_a_body_from_mjcf_has_the_mass_and_inertia_that_mujoco_gives_it(mjcf):
     model = spec.compile()
     assert {model.body(b).name for b in model.geom_bodyid} == {"object"}
     assert [bool(kind) for kind in model.geom_contype] == [True, True, False, True]
+
+
+CYLINDER = '<geom type="cylinder" size="0.03 0.1" mass="0.3"/>'
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['<body pos="1 2 3" euler="90 0 0"><freejoint/>{}</body>', '<body pos="1 2 3" quat="1 1 0 0">{}</body>',
+     '<body pos="1 2 3" euler="90 0 0" mocap="true">{}</body>', '<frame euler="90 0 0"><body>{}</body></frame>',
+     '<body><body pos="0 1 0" euler="90 0 0">{}</body></body>'],
+)  # fmt: skip
+def test_an_mjcf_body_is_oriented_as_in_its_file_however_that_is_said(mjcf, text):
+    """A cylinder of which the file says that it lies: it would roll, and is stood up."""
+    expected = load_mjcf(mjcf(one_body(CYLINDER.replace("/>", ' euler="90 0 0"/>'))))
+    shape = load_mjcf(mjcf(f"<mujoco><worldbody>{text.format(CYLINDER)}</worldbody></mujoco>"))
+    assert shape.notes == expected.notes
+    assert "it would not stay as it is in the file: it rests turned by 90 deg" in shape.warning
+    assert (shape.up, shape.mass) == (expected.up, expected.mass)
+    np.testing.assert_allclose(shape.size, expected.size, rtol=1e-9)
+    np.testing.assert_allclose(shape.center(), expected.center(), atol=1e-12)
+    np.testing.assert_allclose(shape.inertia(), expected.inertia(), atol=1e-12)
+
+
+def test_a_box_of_an_mjcf_lies_as_its_body_does(mjcf):
+    box = '<geom type="box" size="0.1 0.05 0.02" density="500"/>'
+    lying, on_its_side = (
+        load_mjcf(mjcf(f'<mujoco><worldbody><body quat="{quat}">{box}</body></worldbody></mujoco>'))
+        for quat in ("1 0 0 0", "1 1 0 0")
+    )
+    for shape, height in ((lying, 0.04), (on_its_side, 0.1)):
+        assert describe_object(shape).profile.total_height == pytest.approx(height)
+        assert not shape.notes
 
 
 def test_a_body_from_mjcf_takes_a_mass_of_its_own(mjcf):
