@@ -18,6 +18,22 @@ def test_the_volume_is_that_of_the_solid_in_every_pose(name, volume, pose):
     assert compute_volume(parse_object(name + pose)) == pytest.approx(volume, rel=1e-12)
 
 
+@pytest.mark.parametrize("name", ["cone-90", "cone-35", "bottle-70", "cylinder-60", "ball-60"])
+def test_what_rolls_in_the_pose_that_was_asked_for_is_told_to(name):
+    about = describe_object(parse_object(f"{name},pose=0"))
+    assert about.pose is not None
+    taken = about.profile.stable_poses[about.pose]
+    assert taken.topple_angle == about.profile.topple_angle == about.profile.support_radius == 0.0
+    assert taken.center_height == pytest.approx(about.profile.center_height, rel=1e-3)
+
+
+@pytest.mark.parametrize(("name", "topple_deg"), [("cone-90", 48), ("cone-35", 57), ("bottle-70", 22)])
+def test_what_stands_in_the_pose_that_was_asked_for_does_not_roll(name, topple_deg):
+    about = describe_object(parse_object(f"{name},pose=1"))
+    assert about.pose == 1
+    assert math.degrees(about.profile.topple_angle) == pytest.approx(topple_deg, abs=1)
+
+
 @pytest.mark.parametrize(
     ("collides", "is_drawn"), [("0", "1"), ("2", "2"), ("3", "2"), ("4", "2"), ("3", "4"), ("5", "0")]
 )

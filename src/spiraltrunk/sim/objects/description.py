@@ -14,11 +14,8 @@ from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, geom_volume
 from spiraltrunk.sim.objects.presentation import as_measured, present
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.objects.spec import ObjectSpec
-from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, compute_stable_poses
+from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, SAME, compute_stable_poses, find_rolls
 from spiraltrunk.sim.objects.tessellation import hull_faces, hull_of_geom
-
-SAME = math.cos(math.radians(5.0))
-"""Cosine of the largest angle between poses that count as the same (ours) [-]."""
 
 
 @explain_fields
@@ -59,6 +56,8 @@ def describe_object(shape: ObjectSpec) -> Description:
     """Everything that follows from an object's shape and mass."""
     resting = present(as_measured(shape), "lying")
     profile = replace(compute_profile(resting, "lying"), stable_poses=compute_stable_poses(resting))
+    if find_rolls(resting, np.array([0.0, 0.0, 1.0])):  # Over its edges, where it is of many faces.
+        profile = replace(profile, topple_angle=0.0, support_radius=0.0)
     return Description(
         shape=resting, volume=compute_volume(shape), profile=profile,
         triangles=build_triangles(resting.solid),
