@@ -18,6 +18,7 @@ from spiraltrunk.errors import DesignError, MissingPackage, SpiralTrunkError, Un
 from spiraltrunk.sim.objects.catalogue import add_object, load_mjcf, load_stl, parse_object, scaled
 from spiraltrunk.sim.objects.description import describe_object
 from spiraltrunk.sim.objects.meshes import mesh_file
+from spiraltrunk.sim.objects.meshes.obj_text import read_obj
 from spiraltrunk.sim.objects.meshes.surface import winding_numbers
 
 BOX = (240.0, 50.0, 90.0)
@@ -486,6 +487,82 @@ def test_an_obj_of_quads_materials_and_negative_indices_is_a_cube(tmp_path):
         assert not shape.notes
 
 
+def prism_text(outline, height, first=0):
+    """OBJ of a prism whose two caps are single polygons that start at the corner ``first``."""
+    n = len(outline)
+    corners = [(*outline[(first + i) % n], z) for z in (0, height) for i in range(n)]
+    caps = [range(n, 0, -1), range(n + 1, 2 * n + 1)]
+    sides = [(i + 1, (i + 1) % n + 1, (i + 1) % n + n + 1, i + n + 1) for i in range(n)]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    return "\n".join(lines + ["f " + " ".join(map(str, face)) for face in (*caps, *sides)]) + "\n"
+
+
+L_OUTLINE = [(0, 0), (60, 0), (60, 15), (20, 15), (20, 40), (0, 40)]
+NOTCHED = [(0, 0), (60, 0), (60, 60), (35, 60), (35, 50), (25, 50), (25, 60), (0, 60)]
+FRAME = [(0, 0), (60, 0), (60, 60), (0, 60), (0, 0), (15, 15), (15, 45), (45, 45), (45, 15), (15, 15)]
+"""A square with a square hole: its outline goes to the hole and back along the same line."""
+SPLIT_SIDES = [(0, 0), (30, 0), (60, 0), (60, 60), (0, 60), (0, 30)]
+"""A square with corners in the middle of sides, where triangles of a fan have no area."""
+
+
+@pytest.mark.parametrize("first", range(6))
+def test_a_concave_polygon_of_an_obj_is_read_from_any_corner(put, tmp_path, first):
+    file = tmp_path / "l.obj"
+    file.write_text(prism_text(L_OUTLINE, 20, first))
+    shape, same = parse_object(f"obj:path={file},unit=mm,mass_g=100"), load_stl(put(l_prism()), unit="mm", mass=0.1)
+    assert shape.notes == same.notes
+    np.testing.assert_allclose(shape.size, same.size, rtol=1e-6)
+    np.testing.assert_allclose(shape.center(), same.center(), atol=1e-9)
+    np.testing.assert_allclose(shape.inertia(), same.inertia(), rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize(("outline", "area"), [(NOTCHED, 3500), (FRAME, 2700), (SPLIT_SIDES, 3600)])
+def test_polygons_with_notches_holes_and_split_sides_are_read_as_they_are(tmp_path, outline, area):
+    for first in range(len(outline)):
+        content = prism_text(outline, 120, first).encode()
+        points, faces = read_obj(content, "it", most=1000)
+        corners = points[faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+        caps = np.abs(normals[:, 2]) > 1e-9
+        assert np.abs(normals[caps, 2]).sum() == pytest.approx(2 * area, rel=1e-12)
+        assert np.linalg.norm(normals, axis=1).min() > 1e-9
+        assert len(faces) == 4 * len(outline) - 4
+
+
+def test_a_convex_polygon_of_an_obj_is_a_fan():
+    _, faces = read_obj(CUBE.encode(), "it", most=1000)
+    assert faces[:2].tolist() == [[3, 2, 1], [3, 1, 0]]
+    assert faces[4:6].tolist() == [[0, 1, 5], [0, 5, 4]]
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [[(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1, 0)], [(0, 0, 0), (3, 3, 0), (3, 0, 0), (0, 1, 0)], [(1, 2, 3)] * 5,
+     [(i, 0, 0) for i in range(6)], [(math.nan, 0, 0)] + [(i * i, i, 0) for i in range(4)],
+     [(1e300 * i * i, -1e300 * i, i) for i in range(4)],
+     np.random.default_rng(0).normal(size=(1000, 3)).tolist()],
+    ids=["crossing", "crossing unequally", "point", "line", "nan", "overflow", "random"],
+)  # fmt: skip
+def test_a_polygon_without_an_inside_is_read_as_so_many_triangles(corners):
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + ["f " + " ".join(str(i + 1) for i in range(len(corners)))]
+    _, faces = read_obj("\n".join(lines).encode(), "it", most=1000)
+    assert faces.shape == (len(corners) - 2, 3)
+    assert set(faces.ravel().tolist()) == set(range(len(corners)))
+
+
+@pytest.mark.parametrize(
+    "before", ["\ufeff", "# C:\\\n", "mtllib C:\\\n", "usemtl a \\\nb\n", "v 0 0 \\\n0 # the first\n"]
+)
+def test_what_comes_before_the_first_vertex_of_an_obj_loses_none(before):
+    text = prism_text(L_OUTLINE, 20)
+    own = text.removeprefix("v 0 0 0\n") if before.startswith("v") else text
+    for content in (before + own, (before + own).replace("\n", "\r\n")):
+        for found, expected in zip(
+            read_obj(content.encode(), "it", most=99), read_obj(text.encode(), "it", most=99), strict=True
+        ):
+            np.testing.assert_array_equal(found, expected)
+
+
 @pytest.mark.parametrize(
     "line",
     [
@@ -689,7 +766,7 @@ def mjcf(tmp_path):
 
 def test_a_body_from_mjcf_has_the_mass_and_inertia_that_mujoco_gives_it(mjcf):
     path = mjcf(DUMBBELL)
-    shape = parse_object(f"mjcf:path={path},axis=x")
+    shape = parse_object(f"mjcf:path={path},axis=y")  # Where the body's x points in the file.
     fused = mujoco.MjSpec.from_file(path)
     fused.compiler.fusestatic = True
     model = fused.compile()
@@ -704,6 +781,38 @@ def test_a_body_from_mjcf_has_the_mass_and_inertia_that_mujoco_gives_it(mjcf):
     model = spec.compile()
     assert {model.body(b).name for b in model.geom_bodyid} == {"object"}
     assert [bool(kind) for kind in model.geom_contype] == [True, True, False, True]
+
+
+CYLINDER = '<geom type="cylinder" size="0.03 0.1" mass="0.3"/>'
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['<body pos="1 2 3" euler="90 0 0"><freejoint/>{}</body>', '<body pos="1 2 3" quat="1 1 0 0">{}</body>',
+     '<body pos="1 2 3" euler="90 0 0" mocap="true">{}</body>', '<frame euler="90 0 0"><body>{}</body></frame>',
+     '<body><body pos="0 1 0" euler="90 0 0">{}</body></body>'],
+)  # fmt: skip
+def test_an_mjcf_body_is_oriented_as_in_its_file_however_that_is_said(mjcf, text):
+    """A cylinder of which the file says that it lies: it would roll, and is stood up."""
+    expected = load_mjcf(mjcf(one_body(CYLINDER.replace("/>", ' euler="90 0 0"/>'))))
+    shape = load_mjcf(mjcf(f"<mujoco><worldbody>{text.format(CYLINDER)}</worldbody></mujoco>"))
+    assert shape.notes == expected.notes
+    assert "it would not stay as it is in the file: it rests turned by 90 deg" in shape.warning
+    assert (shape.up, shape.mass) == (expected.up, expected.mass)
+    np.testing.assert_allclose(shape.size, expected.size, rtol=1e-9)
+    np.testing.assert_allclose(shape.center(), expected.center(), atol=1e-12)
+    np.testing.assert_allclose(shape.inertia(), expected.inertia(), atol=1e-12)
+
+
+def test_a_box_of_an_mjcf_lies_as_its_body_does(mjcf):
+    box = '<geom type="box" size="0.1 0.05 0.02" density="500"/>'
+    lying, on_its_side = (
+        load_mjcf(mjcf(f'<mujoco><worldbody><body quat="{quat}">{box}</body></worldbody></mujoco>'))
+        for quat in ("1 0 0 0", "1 1 0 0")
+    )
+    for shape, height in ((lying, 0.04), (on_its_side, 0.1)):
+        assert describe_object(shape).profile.total_height == pytest.approx(height)
+        assert not shape.notes
 
 
 def test_a_body_from_mjcf_takes_a_mass_of_its_own(mjcf):

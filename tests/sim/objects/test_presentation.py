@@ -2,17 +2,18 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 import trimesh
 
 from spiraltrunk import strategies
 from spiraltrunk.errors import DesignError, UnknownName
-from spiraltrunk.sim.objects.catalogue import CATALOGUE, parse_object
+from spiraltrunk.sim.objects.catalogue import CATALOGUE, add_object, parse_object
 from spiraltrunk.sim.objects.presentation import LYING_COS, LYING_SHARE, as_measured, natural_orientation, present
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.objects.stable_poses import compute_stable_poses
-from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
+from spiraltrunk.workflows.grasp.world import EXACT, GRIP_FRICTION, SLOPE_FRICTION, draw_scene
 
 BOTH = ("upright", "lying")
 
@@ -101,6 +102,24 @@ def test_a_scene_presents_the_object_as_its_strategy_needs_it():
     assert (
         draw_scene(parse_object(spec), 0, strategy=strategies.get("tip-grip"), spread=EXACT).announced.size[0] == 0.15
     )
+
+
+@pytest.mark.parametrize(("name", "hardness"), [("cone-35", "SLOPE"), ("ring-90", "GRIP"), ("bottle-70", "GRIP")])
+@pytest.mark.parametrize("pose", ["", ",pose=0", ",pose=1", ",pose=upright", ",pose=lying"])
+def test_contacts_are_those_of_the_shape_in_every_pose(name, hardness, pose):
+    shape = parse_object(name + pose)
+    scene = draw_scene(shape, 0, strategy=strategies.get("tip-grip"), spread=EXACT)
+    assert scene.friction_hardness == {"SLOPE": SLOPE_FRICTION, "GRIP": GRIP_FRICTION}[hardness]
+    for presented in (shape, scene.shape):
+        spec = mujoco.MjSpec()
+        add_object(spec, presented)
+        assert set(spec.compile().geom_condim.tolist()) == {6}
+
+
+def test_a_turned_cylinder_keeps_contacts_without_rolling_friction():
+    spec = mujoco.MjSpec()
+    add_object(spec, present(parse_object("cylinder-60,pose=0"), "upright"))
+    assert set(spec.compile().geom_condim.tolist()) == {3}
 
 
 def test_the_pose_of_the_measures_can_be_bound():

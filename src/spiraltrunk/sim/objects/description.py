@@ -13,13 +13,9 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, geom_volume
 from spiraltrunk.sim.objects.presentation import as_measured, present
 from spiraltrunk.sim.objects.profile import compute_profile
-from spiraltrunk.sim.objects.solids import NECK_SHARE
 from spiraltrunk.sim.objects.spec import ObjectSpec
-from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, compute_stable_poses
+from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, SAME, compute_stable_poses, find_rolls
 from spiraltrunk.sim.objects.tessellation import hull_faces, hull_of_geom
-
-SAME = math.cos(math.radians(5.0))
-"""Cosine of the largest angle between poses that count as the same (ours) [-]."""
 
 
 @explain_fields
@@ -60,6 +56,8 @@ def describe_object(shape: ObjectSpec) -> Description:
     """Everything that follows from an object's shape and mass."""
     resting = present(as_measured(shape), "lying")
     profile = replace(compute_profile(resting, "lying"), stable_poses=compute_stable_poses(resting))
+    if find_rolls(resting, np.array([0.0, 0.0, 1.0])):  # Over its edges, where it is of many faces.
+        profile = replace(profile, topple_angle=0.0, support_radius=0.0)
     return Description(
         shape=resting, volume=compute_volume(shape), profile=profile,
         triangles=build_triangles(resting.solid),
@@ -67,17 +65,16 @@ def describe_object(shape: ObjectSpec) -> Description:
 
 
 def compute_volume(shape: ObjectSpec) -> float:
-    """Volume of an object [m^3]; of an MJCF body the sum over its geoms, which may overlap."""
-    length, width, height = shape.size
-    radius = width / 2
-    if shape.loaded is None and shape.kind == "ring":
-        return 2 * math.pi**2 * (width - length) / 2 * (length / 2) ** 2
-    if shape.loaded is None and shape.kind == "bottle":
-        return math.pi * length * ((1 - NECK_SHARE) * radius**2 + NECK_SHARE * (shape.neck / 2) ** 2)
-    if shape.loaded is None:
-        box, circle = length * width * height, math.pi * radius**2 * length
-        return {"box": box, "cylinder": circle, "cone": circle / 3, "sphere": 2 / 3 * circle}[shape.kind]
-    return sum(geom_volume(geom) for geom in _list_drawn(shape.solid))
+    """Volume of an object [m^3]; of an MJCF body the sum over its geoms, which may overlap.
+
+    Of an MJCF body the geoms count that collide and are drawn. Where none is both, as where one mesh is drawn and its
+    convex parts collide, those count that are drawn, and where none is drawn those that collide.
+    """
+    solid = shape.solid
+    if solid.volume is not None:
+        return solid.volume
+    drawn = _list_drawn(solid)
+    return sum(geom_volume(geom) for geom in tuple(geom for geom in drawn if geom.collides) or drawn)
 
 
 def build_triangles(solid: Solid) -> np.ndarray:
@@ -87,7 +84,7 @@ def build_triangles(solid: Solid) -> np.ndarray:
 
 def _list_drawn(solid: Solid) -> tuple[Geom, ...]:
     """Geoms that are drawn; all of a solid whose geoms are all hidden, as in an MJCF file with group 3 alone."""
-    return tuple(geom for geom in solid.geoms if geom.group != HIDDEN) or solid.geoms
+    return tuple(geom for geom in solid.geoms if geom.group < HIDDEN) or solid.geoms
 
 
 def _geom_triangles(geom: Geom) -> np.ndarray:

@@ -22,7 +22,7 @@ FORMS = {
 _EYE, _ZERO = np.eye(3), np.zeros(3)
 
 HIDDEN = 3
-"""MuJoCo's group of geoms that collide and are not drawn."""
+"""MuJoCo's first group of geoms that are not drawn; those that are drawn inexactly collide in it."""
 
 
 @final
@@ -87,6 +87,8 @@ class Solid:
     """Inertia about the centre of mass over the mass, shape (3, 3) [m^2]."""
     excess: float = 0.0
     """Relative excess of the colliding volume over the true volume [-]."""
+    volume: float | None = None
+    """True volume, where it is not that of the geoms [m^3]."""
 
     def extents(self) -> tuple[float, float, float]:
         """Extents along x, y and z [m]."""
@@ -98,8 +100,9 @@ class Solid:
         geoms = (geom.transformed(rotation=rotation, factor=factor, offset=offset) for geom in self.geoms)
         centroid = rotation @ self.centroid * factor + offset
         return replace(
-            self, geoms=tuple(geoms), centroid=centroid, inertia=rotation @ self.inertia @ rotation.T * factor**2
-        )
+            self, geoms=tuple(geoms), centroid=centroid, inertia=rotation @ self.inertia @ rotation.T * factor**2,
+            volume=None if self.volume is None else self.volume * factor**3,
+        )  # fmt: skip
 
     def aligned(self, axis: str) -> Solid:
         """The solid with ``axis`` (x, y, z or longest) turned onto x and the origin in the middle of its extents.

@@ -23,7 +23,7 @@ GEOMS_MOST = 200
 
 
 def load_mjcf(path: str, *, axis: str = "longest", mass: float | None = None) -> ObjectSpec:
-    """The one rigid body of an MJCF file, with the mass and inertia of the file.
+    """The one rigid body of an MJCF file, with the mass and inertia of the file, oriented as in the file's world.
 
     With a ``mass`` [kg] of its own, the inertia changes in the same proportion. Geoms of the world, such as a floor,
     and lights are left out. Friction, contact constants and colours are those of every object. Geoms that collide with
@@ -135,11 +135,11 @@ def _check_inertia(solid: Solid, what: str) -> None:
 
 
 def _at_origin(model: mujoco.MjModel) -> mujoco.MjData:
-    """Poses and composite inertia of the body, its frame moved to the world's."""
+    """Poses and composite inertia of the body, its origin moved to the world's and its orientation that of the file."""
     data = mujoco.MjData(model)
-    model.body_pos[1], model.body_quat[1] = 0, [1, 0, 0, 0]
+    model.body_pos[1] = data.mocap_pos[:] = 0
     if model.njnt:
-        data.qpos[:] = [0, 0, 0, 1, 0, 0, 0]
+        data.qpos[:] = [0, 0, 0, *model.body_quat[1]]
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_crb(model, data)

@@ -256,4 +256,5 @@ def _reframe(shape: ObjectSpec, turn: np.ndarray, *, up: str) -> ObjectSpec:
     low, high = compute_bounds(turned.geoms)
     loaded = turned.transformed(offset=-(low + high) / 2)
     kind = shape.kind if shape.kind in {"mesh", "mjcf"} else "solid"
-    return replace(shape, kind=kind, size=loaded.extents(), neck=0.0, loaded=loaded, up=up)
+    before = shape.turned if shape.kind == kind else shape.kind
+    return replace(shape, kind=kind, size=loaded.extents(), neck=0.0, loaded=loaded, up=up, turned=before)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -61,7 +62,8 @@ def cone(size: Size) -> Solid:
     faces = np.vstack([np.stack([here, after, apex], axis=1), np.stack([after, here, foot], axis=1)])
     across = 3 / 80 * (4 * radius**2 + height**2)
     geom = Geom(form="mesh", vertices=vertices, faces=faces)
-    return _solid(geom, 0.3 * radius**2, across, across, along=-height / 4)
+    about_x, volume = 0.3 * radius**2, math.pi * radius**2 * height / 3
+    return replace(_solid(geom, about_x, across, across, along=-height / 4), volume=volume)
 
 
 def ring(size: Size) -> Solid:
@@ -77,7 +79,8 @@ def ring(size: Size) -> Solid:
     geoms = tuple(_link(start, end, radius) for start, end in zip(points, np.roll(points, -1, axis=0), strict=True))
     across = around**2 / 2 + 5 / 8 * radius**2
     inertia = np.diag([around**2 + 3 / 4 * radius**2, across, across])
-    return Solid(geoms=geoms, centroid=np.zeros(3), inertia=inertia)
+    volume = 2 * math.pi**2 * around * radius**2
+    return Solid(geoms=geoms, centroid=np.zeros(3), inertia=inertia, volume=volume)
 
 
 def bottle(size: Size, neck: float) -> Solid:

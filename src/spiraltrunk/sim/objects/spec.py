@@ -69,6 +69,8 @@ class ObjectSpec:
     """Pose on the ground that was asked for; empty leaves it to the strategy whether it stands or lies."""
     notes: tuple[str, ...] = ()
     """What was guessed, repaired or replaced when it was read, a line each."""
+    turned: str = ""
+    """Kind of the solid that was turned into another pose, of a solid that was; empty for every other."""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -80,6 +82,11 @@ class ObjectSpec:
         if self.up not in UPS:
             raise UnknownName("direction that is up", self.up, UPS)
         check_number("object.friction", self.friction, above=0.0, below=5.0)
+
+    @property
+    def contact_kind(self) -> str:
+        """Kind that its contacts have: that of its shape, whatever its pose."""
+        return self.turned or self.kind
 
     @property
     def length(self) -> float:
@@ -159,7 +166,7 @@ def add_object(spec: mujoco.MjSpec, shape: ObjectSpec, name: str = "object") -> 
     for i, part in enumerate(shape.solid.geoms, start=1):
         geom = add_geom(spec, body, part, name if i == 1 else f"{name}_{i}")
         geom.rgba, geom.solref, geom.solimp, geom.priority = OBJECT_COLOR, SOLREF, SOLIMP, 1
-        geom.condim = 6 if shape.kind in _ROLLING else 3
+        geom.condim = 6 if shape.contact_kind in _ROLLING else 3
         geom.friction = [shape.friction, SPINNING_FRICTION, ROLLING_FRICTION]
     for side, x in (("left", -shape.length / 2), ("right", shape.length / 2)):
         body.add_site(name=f"{name}_{side}", pos=[x, 0, 0])

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -33,6 +33,9 @@ ROLLS = np.cos(np.radians(30.0))
 HEIGHTS_EQUAL = 0.02
 """Largest relative difference in height of the centre of mass between poses that are one (ours) [-]."""
 
+SAME = np.cos(np.radians(5.0))
+"""Cosine of the largest angle between poses that count as the same (ours) [-]."""
+
 PROBABILITY_LEAST = 0.005
 """Least probability of a pose that is listed (ours) [-]."""
 
@@ -43,11 +46,33 @@ def compute_stable_poses(shape: ObjectSpec) -> tuple[StablePose, ...]:
     The probabilities are quasi-static (trimesh.poses, after Goldberg et al., 1999). Poses between which the object
     rolls are one pose. Where the centre of mass lies outside the hull, there is none.
     """
-    return _compute(shape.solid)
+    return tuple(group.pose for group in _compute(shape.solid))
+
+
+def find_rolls(shape: ObjectSpec, up: np.ndarray) -> bool:
+    """Whether the object rolls where it rests with a direction of its frame up, shape (3,) [-].
+
+    It does where the stable pose with the nearest direction up, of all that are linked to one, is a rolling one.
+    """
+    groups = _compute(shape.solid)
+    nearness = [float((group.ups @ up).max()) for group in groups]
+    i = int(np.argmax(nearness)) if groups else -1
+    return i >= 0 and nearness[i] > SAME and groups[i].pose.topple_angle == 0.0
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Poses that are one."""
+
+    pose: StablePose
+    """The most probable of them, with the probability of all."""
+    ups: np.ndarray
+    """Directions of the object's frame that are up in each, shape (n, 3) [-]."""
 
 
 @lru_cache(maxsize=64)
-def _compute(solid: Solid) -> tuple[StablePose, ...]:
+def _compute(solid: Solid) -> tuple[_Group, ...]:
     from trimesh.poses import compute_stable_poses as search
 
     hull = _hull(solid)
@@ -66,21 +91,24 @@ def _compute(solid: Solid) -> tuple[StablePose, ...]:
             best = group[np.argmax(probabilities[group])]
             pose = build_pose(solid, ups[best], chance)
             rolls = float((ups[group] @ ups[best]).min()) < ROLLS
-            poses.append(replace(pose, topple_angle=0.0) if rolls else pose)
-    return tuple(sorted(_unite_rolling(poses), key=lambda pose: -pose.probability))
+            poses.append(_Group(replace(pose, topple_angle=0.0) if rolls else pose, ups[group]))
+    return tuple(sorted(_unite_rolling(poses), key=lambda group: -group.pose.probability))
 
 
-def _unite_rolling(poses: list[StablePose]) -> list[StablePose]:
+def _unite_rolling(groups: list[_Group]) -> list[_Group]:
     """One pose of all those of equal height in which the object rolls, such as a ball's."""
-    united: list[StablePose] = []
-    for pose in sorted(poses, key=lambda pose: -pose.probability):
-        for i, other in enumerate(united):
+    united: list[_Group] = []
+    for group in sorted(groups, key=lambda group: -group.pose.probability):
+        pose = group.pose
+        for i, same in enumerate(united):
+            other = same.pose
             equal = abs(pose.center_height / other.center_height - 1) <= HEIGHTS_EQUAL
             if equal and pose.topple_angle == other.topple_angle == 0.0:
-                united[i] = replace(other, probability=other.probability + pose.probability)
+                more = replace(other, probability=other.probability + pose.probability)
+                united[i] = _Group(more, np.vstack([same.ups, group.ups]))
                 break
         else:
-            united.append(pose)
+            united.append(group)
     return united
 
 

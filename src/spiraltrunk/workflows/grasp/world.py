@@ -165,7 +165,7 @@ def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
     """Hardness of friction for a strategy and an object [-]; MuJoCo's own where nothing is held."""
     if strategy.holds == "nothing":
         return 1.0
-    if shape.kind == "cone":
+    if shape.contact_kind == "cone":
         return SLOPE_FRICTION
     if strategy.holds == "fingers":
         return GRIP_FRICTION

@@ -151,7 +151,7 @@ def _read(content: bytes, form: str, what: str) -> Trimesh:
 
     with np.errstate(all="ignore"):  # Numbers that are not finite are refused below.
         if form == "obj":
-            vertices, triangles = read_obj(content, what)
+            vertices, triangles = read_obj(content, what, most=FACES_MOST)
             mesh = trimesh.Trimesh(vertices, triangles, process=False)
         else:
             mesh = _read_stl(content, what)
