@@ -36,6 +36,27 @@ class FaultKind(Enum):
     WATCHDOG = "watchdog"
     STOPPED = "stopped by a person"
 
+    @property
+    def needs_homing(self) -> bool:
+        """Whether the zeros of the drums are in doubt afterwards, so that the robot is armed only after homing."""
+        return self in _UNHOMED
+
+
+_UNHOMED = frozenset(
+    {
+        FaultKind.FROZEN_FEEDBACK,
+        FaultKind.IMPLAUSIBLE_FEEDBACK,
+        FaultKind.COUNT_LOST,
+        FaultKind.SLACK,
+        FaultKind.CABLE_SLIP,
+        FaultKind.CABLE_LENGTHS,
+        FaultKind.TANGLED_DRUM,
+        FaultKind.LENGTH_LIMIT,
+        FaultKind.HOMING,
+    }
+)
+"""Faults after which the angle of a motor no longer tells the length of its cable, or may not have done so before."""
+
 
 @explain_fields
 @final
