@@ -49,7 +49,7 @@ class MotorState:
     """Latest feedback of one motor."""
 
     time: float
-    """Arrival of the feedback on the driver's clock [s]."""
+    """Arrival of the feedback, or the time of its request where a motor is asked, on the driver's clock [s]."""
     angle: float
     """Angle turned since the driver's start, turns counted, positive when the cable is wound in [rad]."""
     speed: float

@@ -45,6 +45,8 @@ FEEDBACK = 56
 """First register of the feedback: position, speed, load (2 bytes each), voltage, temperature (1 byte each)."""
 FEEDBACK_SIZE = 8
 """Size of the feedback [bytes]."""
+FEEDBACK_SIZE_MOST = 15
+"""Most bytes that are asked for from `FEEDBACK` on [bytes]: up to the current, as Feetech's library SMS_STS reads."""
 
 ERRORS = {1: "supply voltage", 2: "angle sensor", 4: "overheated", 8: "over-current", 32: "overload"}
 """Faults that a servo reports with each answer, by bit."""
