@@ -57,6 +57,9 @@ def test_each_obstacle_names_its_motor():
     assert find(GOOD, warm) == ("motor 2 has 70 degC; allowed: below 70 degC",)
     assert find(dataclasses.replace(GOOD, temperature=69.9)) == ()
     assert "not finite" in find(dataclasses.replace(GOOD, angle=math.nan))[0]
+    assert find(GOOD, dataclasses.replace(GOOD, problem="overload")) == (
+        "motor 2: the motor reports a fault: overload; switch it off and on",
+    )
     assert len(find(None, None, absence="there is none")) == 3
 
 

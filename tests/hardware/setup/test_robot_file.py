@@ -208,6 +208,14 @@ def test_a_board_watches_no_adapter(bus):
         replace(RobotFile(name="x", bus="board:/dev/ttyACM0", motors=motors, watchdog="board"), bus=bus)
 
 
+@pytest.mark.parametrize(("model", "nominal"), [("sts3215-12v", 12.0), ("sts3215-7v4", 7.4)])
+def test_the_supply_of_servos_is_watched_about_its_nominal_voltage(model, nominal):
+    motors = MotorSetup(family="sts", ids=(1, 2, 3), model=model)
+    limits = fit_watches(SafetyLimits(), CableSetup(), motors)
+    assert (limits.voltage_least, limits.voltage_most) == pytest.approx((0.8 * nominal, 1.2 * nominal))
+    assert fit_watches(SafetyLimits(), CableSetup(), MotorSetup(family="gm6020", ids=(1, 2, 3))) == SafetyLimits()
+
+
 def test_a_measured_stiffness_sets_gains_and_the_watch_of_lengths():
     plain, soft = read(EXAMPLE), read(change("cables.stiffness_n_mm", "8.0"))
     assert soft.cables.stiffness == 8000.0

@@ -22,6 +22,7 @@ class FaultKind(Enum):
     COUNT_LOST = "turn count lost"
     OVER_TEMPERATURE = "over-temperature"
     VOLTAGE = "supply voltage"
+    MOTOR = "reported by the motor"
     STALL = "stall"
     SLACK = "slack, broken or tangled cable"
     CABLE_SLIP = "slipped, broken or tangled cable"
@@ -47,6 +48,7 @@ _UNHOMED = frozenset(
         FaultKind.FROZEN_FEEDBACK,
         FaultKind.IMPLAUSIBLE_FEEDBACK,
         FaultKind.COUNT_LOST,
+        FaultKind.MOTOR,
         FaultKind.SLACK,
         FaultKind.CABLE_SLIP,
         FaultKind.CABLE_LENGTHS,

@@ -17,6 +17,7 @@ from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.fault import Fault
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.watches.feedback_watch import find_impossible, find_stale
+from spiraltrunk.hardware.safety.watches.motor_watch import find_reported
 
 
 @final
@@ -75,6 +76,8 @@ def find_obstacles(
         elif motor and not motor.temperature < sheet.temperature_derate:
             allowed = f"allowed: below {sheet.temperature_derate:g} degC"
             obstacles.append(f"motor {number} has {motor.temperature:g} degC; {allowed}")
+        elif motor and (reported := find_reported(motor)):
+            obstacles.append(f"motor {number}: {reported.text}")
     return tuple(obstacles)
 
 

@@ -93,6 +93,11 @@ class MotorSetup:
         return GM6020 if self.family == "gm6020" else MODELS[self.model].data_sheet
 
     @property
+    def voltage_range(self) -> tuple[float, float] | None:
+        """Least and largest supply [V]; None for motors that do not measure it."""
+        return None if self.family == "gm6020" else MODELS[self.model].voltage_range
+
+    @property
     def signs(self) -> tuple[int, ...]:
         """Direction of each motor."""
         return (1,) * len(self.ids) if self.directions is None else self.directions

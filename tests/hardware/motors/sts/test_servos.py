@@ -94,7 +94,7 @@ def test_reading_alone_brings_feedback(bench):
     states = bench.port.read()
     assert all(state is not None for state in states)
     assert states[0].voltage == pytest.approx(12.0)
-    assert bench.port.errors == [0, 0, 0]
+    assert [state.problem for state in states] == [""] * 3
 
 
 @pytest.mark.parametrize(
@@ -316,7 +316,7 @@ def test_an_overheated_servo_says_so_and_switches_off(bench):
     fault = OverTemperature(cable=2, temperature=90.0, rate=50.0)
     states = bench.run(2.0, [0.5] * 3, lambda _: fault.step(bench.twin, 0.0))
     assert states[2].temperature > bench.port.data_sheet.temperature_stop
-    assert codec.describe_errors(bench.port.errors[2]) == "overheated"
+    assert [state.problem for state in states] == ["", "", "overheated"]
     assert states[2].torque == 0.0
 
 

@@ -167,5 +167,7 @@ def take_packets(received: bytearray, longest: int = 250) -> list[Packet]:
 
 
 def describe_errors(bits: int) -> str:
-    """Faults of a servo in words, empty where there is none."""
-    return ", ".join(text for bit, text in ERRORS.items() if bits & bit)
+    """Faults of a servo in words, empty where there is none; bits that `ERRORS` does not list are told as a number."""
+    unknown = bits & ~sum(ERRORS)
+    texts = [text for bit, text in ERRORS.items() if bits & bit]
+    return ", ".join([*texts, f"unknown fault {unknown:#04x}"] if unknown else texts)

@@ -34,7 +34,7 @@ from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.serial_port import SerialStream
 from spiraltrunk.hardware.motors.sts import codec
 from spiraltrunk.hardware.motors.sts.line import StsLine
-from spiraltrunk.hardware.motors.sts.models import MODELS, VOLTAGE_LEAST, VOLTAGE_MOST, compute_duty, estimate_torque
+from spiraltrunk.hardware.motors.sts.models import MODELS, VOLTAGE_LEAST, compute_duty, estimate_torque
 from spiraltrunk.hardware.motors.sts.request_times import RequestTimes
 from spiraltrunk.hardware.motors.turn_count import TurnCount
 
@@ -78,8 +78,6 @@ class StsServos(MotorPort):
         self._model = MODELS[settings.model]
         self.data_sheet = self._model.data_sheet
         self.n_motor = len(settings.servo_ids)
-        self.errors = [0] * self.n_motor
-        """Fault bits of each servo's last answer; `codec.describe_errors` words them."""
         self._line = line
         self._clock = clock
         self._received = bytearray()
@@ -191,8 +189,8 @@ class StsServos(MotorPort):
         time = self._requests.take(packet.servo_id, len(packet.data), self._clock.now())
         if time is not None:
             motor = self.settings.servo_ids.index(packet.servo_id)
-            self.errors[motor] = packet.code
-            self._states[motor] = self._build_state(motor, feedback, time)
+            problem = codec.describe_errors(packet.code)
+            self._states[motor] = replace(self._build_state(motor, feedback, time), problem=problem)
 
     def _build_state(self, motor: int, feedback: codec.Feedback, time: float) -> MotorState:
         direction = self.settings.directions[motor]
@@ -255,11 +253,10 @@ def _check_servo(line: StsLine, settings: StsSettings, motor: int) -> None:
     if number != model.number:
         raise DriveError(f"{which} is model number {number}; allowed: {model.number} ({settings.model})")
     feedback = codec.decode_feedback(line.read_register(servo_id, codec.FEEDBACK, codec.FEEDBACK_SIZE))
-    if feedback is None or not VOLTAGE_LEAST * model.voltage <= feedback.voltage <= VOLTAGE_MOST * model.voltage:
+    least, most = model.voltage_range
+    if feedback is None or not least <= feedback.voltage <= most:
         seen = "no plausible feedback" if feedback is None else f"{feedback.voltage:.1f} V"
-        raise DriveError(
-            f"{which} has {seen}; allowed: {VOLTAGE_LEAST * model.voltage:.1f} to {VOLTAGE_MOST * model.voltage:.1f} V"
-        )
+        raise DriveError(f"{which} has {seen}; allowed: {least:.1f} to {most:.1f} V")
 
 
 def _switch_on(line: StsLine, servo_id: int) -> None:
