@@ -17,7 +17,7 @@ N_SIZE: Final = codec.FEEDBACK_SIZE_MOST - codec.FEEDBACK_SIZE + 1
 LATE_MOST: Final = 1.0
 """Time after which no answer to a request is expected any more [s] (ours)."""
 
-QUIET: Final = 0.05
+QUIET: Final = 0.06
 """Silence after which no answer is expected to be under way, where requests are in doubt [s] (ours): more than any
 period of control with these servos."""
 
