@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from spiraltrunk.errors import DriveError
+from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.twin.faults.device_faults import CableBreak, CableSlip, PowerCycle, TangledDrum
+from spiraltrunk.hardware.twin.sts_servo import ServoTwin
 
 PERIOD = 0.01
 TIME_BAR, LENGTH_BAR = 0.2, 3e-3
@@ -83,6 +86,25 @@ def test_a_cable_that_breaks_or_slips_is_noticed_before_much_of_it_comes_in(buil
     assert first.time - began <= TIME_BAR or wound <= LENGTH_BAR
     robot.run(0.5)
     assert robot.is_off()
+
+
+def test_a_fault_that_a_servo_reports_ends_the_torque_and_keeps_it_off(build_sts, monkeypatch):
+    robot = build_sts()
+    robot.prepare()
+    robot.run(0.5, PULL)
+    errors = property(lambda servo: 32 if servo is robot.twin.servos[1] else 0)
+    monkeypatch.setattr(ServoTwin, "errors", errors)
+    robot.run(0.1, PULL)
+    first = robot.driver.faults[0]
+    assert (first.kind, first.cable) == (FaultKind.MOTOR, 1)
+    assert first.text == "the motor reports a fault: overload; switch it off and on"
+    assert robot.is_off()
+    robot.driver.clear_fault("Ada")
+    with pytest.raises(DriveError, match="cannot home: motor 2: the motor reports a fault: overload"):
+        robot.driver.home()
+    monkeypatch.undo()
+    robot.run(0.1)
+    robot.driver.home()
 
 
 def test_hard_pulls_that_change_at_once_are_no_fault(build_sts):

@@ -39,6 +39,19 @@ def test_good_motors_pass():
     assert probe(list, dt=0.004) is None
 
 
+@pytest.mark.parametrize("dt", [0.001, 0.01, 0.013, 0.02, 0.025, 0.026, 0.027, 0.028, 0.04, 0.056])
+def test_every_period_of_control_gives_samples_of_rest_and_pulse(dt):
+    """Motors that report in each period what was commanded in the one before, with an offset."""
+    state, told = ProbeState(), (0.0,) * 3
+    for _ in range(1000):
+        state, found = step_probe(state, [one + 0.3 for one in told], dt)
+        assert found is None
+        if state.motor == 3:
+            return
+        told = probe_torques(state, 3)
+    raise AssertionError("the probe does not end")
+
+
 @pytest.mark.parametrize(("order", "first"), [((1, 0, 2), 0), ((0, 2, 1), 1), ((1, 2, 0), 0), ((2, 1, 0), 0)])
 def test_exchanged_motors_are_found(order, first):
     motor, text = probe(lambda torques: [torques[i] for i in order])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,12 @@ LIMITS, STS = SafetyLimits(), MODELS["sts3215-12v"].data_sheet
 @pytest.mark.parametrize("kind", FaultKind)
 def test_every_fault_has_a_row_with_what_a_person_does(kind: FaultKind) -> None:
     assert len([cell for cell in ROWS[kind.value].split("|") if cell.strip()]) == 3
+
+
+@pytest.mark.parametrize("kind", FaultKind)
+def test_a_row_says_homes_where_the_driver_asks_for_it(kind: FaultKind) -> None:
+    cells = [cell for cell in ROWS[kind.value].split("|") if cell.strip()]
+    assert kind.needs_homing == (re.search(r"\bhomes\b", cells[-1]) is not None)
 
 
 @pytest.mark.parametrize("mode", Mode)

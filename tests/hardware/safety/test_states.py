@@ -57,6 +57,9 @@ def test_each_obstacle_names_its_motor():
     assert find(GOOD, warm) == ("motor 2 has 70 degC; allowed: below 70 degC",)
     assert find(dataclasses.replace(GOOD, temperature=69.9)) == ()
     assert "not finite" in find(dataclasses.replace(GOOD, angle=math.nan))[0]
+    assert find(GOOD, dataclasses.replace(GOOD, problem="overload")) == (
+        "motor 2: the motor reports a fault: overload; switch it off and on",
+    )
     assert len(find(None, None, absence="there is none")) == 3
 
 
@@ -111,10 +114,15 @@ def test_the_first_cause_stays_and_each_is_kept_once():
     assert latch(SafetyState(mode=Mode.ARMED), ()) == SafetyState(mode=Mode.ARMED)
 
 
-def test_a_lost_count_needs_homing_again():
-    state = latch(SafetyState(mode=Mode.ARMED, is_homed=True), (build_fault(FaultKind.COUNT_LOST),))
-    assert not state.is_homed
-    assert not clear(state, "Ada", is_released=True).is_homed
+@pytest.mark.parametrize("kind", FaultKind)
+def test_a_fault_that_leaves_the_zeros_in_doubt_needs_homing_again(kind):
+    stopped = latch(SafetyState(mode=Mode.ARMED, is_homed=True), (build_fault(FaultKind.STOPPED),))
+    cleared = clear(latch(stopped, (build_fault(kind),)), "Ada", is_released=True)
+    if kind.needs_homing:
+        with pytest.raises(DriveError, match="home them first"):
+            arm(cleared, ())
+    else:
+        assert arm(cleared, ()).mode is Mode.ARMED
 
 
 @pytest.mark.parametrize("person", ["", "  ", "\x07", None, 3])

@@ -176,14 +176,20 @@ def test_a_floor_above_half_of_the_largest_tension_is_named_as_the_file_has_it()
     assert build_winders(presets.PAPER, read(text))[0].limits.tension_floor == 30.0
 
 
-@pytest.mark.parametrize(
-    ("family", "period", "most"),
-    [("sts", 0.04, "28.1 ms"), ("gm6020", 0.01, "7 ms"), ("gm6020", 0.051, "7 ms"), ("gm6020", 1e2, "7 ms")],
-)
-def test_a_period_too_long_for_the_resonance_of_rotor_and_cable_is_refused(family: str, period: float, most: str):
-    bus = "sts:/dev/ttyUSB0" if family == "sts" else "socketcan:can0"
-    motors = MotorSetup(family=family, ids=(1, 2, 3), period=period)
-    told = re.escape(f"motors.period_ms is {1e3 * period:g} ms; allowed: at most {most}")
+def test_a_period_of_servos_leaves_time_for_a_lost_answer():
+    """At 27 ms the probe of homing had no sample, and the watch of exchanged feedback trips from 26 ms on."""
+    file = 'name = "x"\nbus = "sts:/dev/ttyUSB0"\n[motors]\nfamily = "sts"\nids = [1, 2, 3]\nperiod_ms = '
+    build_winders(presets.PAPER, read(file + "20"))
+    for period_ms in ("21", "27", "28"):
+        with pytest.raises(DesignError, match=rf"motors\.period_ms is {period_ms}; allowed: .* at most 20"):
+            read(file + period_ms)
+
+
+@pytest.mark.parametrize("period", [0.01, 0.051, 1e2])
+def test_a_period_too_long_for_the_resonance_of_rotor_and_cable_is_refused(period: float):
+    bus = "socketcan:can0"
+    motors = MotorSetup(family="gm6020", ids=(1, 2, 3), period=period)
+    told = re.escape(f"motors.period_ms is {1e3 * period:g} ms; allowed: at most 7 ms")
     with pytest.raises(DesignError, match=told) as caught:
         build_winders(presets.PAPER, RobotFile(name="x", bus=bus, motors=motors, watchdog="none"))
     assert "\n" not in str(caught.value)
@@ -206,6 +212,14 @@ def test_a_board_watches_no_adapter(bus):
         RobotFile(name="x", bus=bus, motors=motors, watchdog="board")
     with pytest.raises(DesignError, match="watchdog is 'board'"):
         replace(RobotFile(name="x", bus="board:/dev/ttyACM0", motors=motors, watchdog="board"), bus=bus)
+
+
+@pytest.mark.parametrize(("model", "nominal"), [("sts3215-12v", 12.0), ("sts3215-7v4", 7.4)])
+def test_the_supply_of_servos_is_watched_about_its_nominal_voltage(model, nominal):
+    motors = MotorSetup(family="sts", ids=(1, 2, 3), model=model)
+    limits = fit_watches(SafetyLimits(), CableSetup(), motors)
+    assert (limits.voltage_least, limits.voltage_most) == pytest.approx((0.8 * nominal, 1.2 * nominal))
+    assert fit_watches(SafetyLimits(), CableSetup(), MotorSetup(family="gm6020", ids=(1, 2, 3))) == SafetyLimits()
 
 
 def test_a_measured_stiffness_sets_gains_and_the_watch_of_lengths():

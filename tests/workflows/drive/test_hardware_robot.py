@@ -21,6 +21,7 @@ from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmPort, ArmState
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.log import load_log
 from spiraltrunk.hardware.motors import load_cell
+from spiraltrunk.hardware.motors.sts.servos import StsServos
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
@@ -30,6 +31,8 @@ from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
+from spiraltrunk.hardware.twin.sts_bus import MemoryStream, StsTwin
+from spiraltrunk.hardware.twin.sts_servo import ServoTwin
 from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.objects.catalogue import parse_object
@@ -254,6 +257,22 @@ def test_an_absent_relay_is_one_line_and_no_bus_is_opened(monkeypatch):
     with pytest.raises(DriveError, match=r"relay '/dev/absent' cannot be opened: .*; ports found: ") as caught:
         HardwareRobot(DESIGN, replace(FILE, watchdog="relay:/dev/absent"))
     assert "\n" not in str(caught.value)
+
+
+def test_a_supply_that_falls_is_a_fault_of_servos(monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = StsTwin(SpringTrunk(DESIGN), [ServoTwin(i) for i in (1, 2, 3)])
+    clock, start, measure = TwinClock(twin), StsServos.from_settings, ServoTwin._measure
+    monkeypatch.setattr(
+        StsServos, "from_settings", lambda settings, clock: start(settings, clock, stream=MemoryStream(twin))
+    )
+    file = RobotFile(name="x", bus="sts:/dev/absent", motors=MotorSetup(family="sts", ids=(1, 2, 3)))
+    with HardwareRobot(DESIGN, file, without_watchdog=True, clock=clock) as robot:
+        robot.run(0.1)
+        robot.driver.home()
+        monkeypatch.setattr(ServoTwin, "_measure", lambda servo: measure(servo)._replace(voltage=9.0))
+        robot.run(0.2)
+        assert robot.driver.faults[0].kind is FaultKind.VOLTAGE
+        assert robot.driver.faults[0].text == "the supply has 9.0 V; allowed: 9.6 to 14.4 V"
 
 
 @pytest.mark.parametrize("bus", ["board:/dev/absent", "sts:/dev/absent"])

@@ -106,7 +106,7 @@ class TrunkDriver:
 
     @property
     def is_homed(self) -> bool:
-        """Whether the drums are homed and no turn was missed since."""
+        """Whether the drums are homed, and no turn was missed and no fault left their zeros in doubt since."""
         return self._loop.state.is_homed
 
     @property

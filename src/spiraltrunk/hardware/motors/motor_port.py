@@ -49,7 +49,7 @@ class MotorState:
     """Latest feedback of one motor."""
 
     time: float
-    """Arrival of the feedback on the driver's clock [s]."""
+    """Arrival of the feedback, or the time of its request where a motor is asked, on the driver's clock [s]."""
     angle: float
     """Angle turned since the driver's start, turns counted, positive when the cable is wound in [rad]."""
     speed: float
@@ -62,6 +62,8 @@ class MotorState:
     """Supply voltage [V]; None where the motor does not measure it."""
     is_count_lost: bool = False
     """Whether turns may have been missed since the driver's start: a silence too long, or a jump of the angle."""
+    problem: str = ""
+    """Faults that the motor itself reports, in words; empty without one."""
     n_frame: int | None = None
     """Frames of feedback that have arrived since the driver's start [-]; None where they are not counted."""
 

@@ -22,6 +22,7 @@ class FaultKind(Enum):
     COUNT_LOST = "turn count lost"
     OVER_TEMPERATURE = "over-temperature"
     VOLTAGE = "supply voltage"
+    MOTOR = "reported by the motor"
     STALL = "stall"
     SLACK = "slack, broken or tangled cable"
     CABLE_SLIP = "slipped, broken or tangled cable"
@@ -35,6 +36,28 @@ class FaultKind(Enum):
     SERVO = "servo"
     WATCHDOG = "watchdog"
     STOPPED = "stopped by a person"
+
+    @property
+    def needs_homing(self) -> bool:
+        """Whether the zeros of the drums are in doubt afterwards, so that the robot is armed only after homing."""
+        return self in _UNHOMED
+
+
+_UNHOMED = frozenset(
+    {
+        FaultKind.FROZEN_FEEDBACK,
+        FaultKind.IMPLAUSIBLE_FEEDBACK,
+        FaultKind.COUNT_LOST,
+        FaultKind.MOTOR,
+        FaultKind.SLACK,
+        FaultKind.CABLE_SLIP,
+        FaultKind.CABLE_LENGTHS,
+        FaultKind.TANGLED_DRUM,
+        FaultKind.LENGTH_LIMIT,
+        FaultKind.HOMING,
+    }
+)
+"""Faults after which the angle of a motor no longer tells the length of its cable, or may not have done so before."""
 
 
 @explain_fields

@@ -87,9 +87,9 @@ class SafetyLimits:
     temperature_most: float = 150.0
     """Largest plausible temperature [degC]."""
     voltage_least: float = 0.0
-    """Least supply voltage [V]; the motor family sets it."""
+    """Least supply voltage [V]; a robot file of STS servos sets 0.8 times the nominal one."""
     voltage_most: float = 100.0
-    """Largest supply voltage [V]; the motor family sets it."""
+    """Largest supply voltage [V]; a robot file of STS servos sets 1.2 times the nominal one."""
     voltage_time: float = 0.1
     """Time for which the voltage may be outside [s]."""
     slack_part: float = 0.5

@@ -18,7 +18,8 @@ TORQUE: Final = 0.04
 """Torque of a pulse [N m] (ours): 2 N on a drum of 20 mm."""
 
 PERIOD: Final = 0.040
-"""Time of a pulse, and of the rest before it [s] (ours); 0.2 rad of a GM6020 without friction."""
+"""Time of a pulse, and of the rest before it [s] (ours); 0.2 rad of a GM6020 without friction. Each lasts longer where
+a long period of control leaves no sample in it."""
 
 SETTLING: Final = 0.020
 """Time at the start of each in which the torque settles and nothing is averaged [s] (ours)."""
@@ -36,7 +37,7 @@ class ProbeState:
     motor: int = 0
     """Motor that is probed; the number of motors when all are."""
     elapsed: float = 0.0
-    """Time since its rest began [s]."""
+    """Time since its rest began [s]; `PERIOD` where the pulse begins."""
     rest: tuple[float, ...] = ()
     """Sum of the reported torque of each motor in the rest [N m]."""
     pulse: tuple[float, ...] = ()
@@ -49,8 +50,7 @@ class ProbeState:
 
 def probe_torques(state: ProbeState, n_motor: int) -> tuple[float, ...]:
     """Torques of this period [N m]."""
-    is_pulse = state.elapsed >= PERIOD
-    return tuple(TORQUE if is_pulse and motor == state.motor else 0.0 for motor in range(n_motor))
+    return tuple(TORQUE if _is_pulse(state) and motor == state.motor else 0.0 for motor in range(n_motor))
 
 
 def step_probe(
@@ -61,18 +61,24 @@ def step_probe(
     zeros = (0.0,) * len(reported)
     rest, pulse = state.rest or zeros, state.pulse or zeros
     n_rest, n_pulse = state.n_rest, state.n_pulse
-    if SETTLING <= state.elapsed < PERIOD:
-        rest, n_rest = _add(rest, reported), n_rest + 1
+    if not _is_pulse(state):
+        if state.elapsed >= SETTLING:
+            rest, n_rest, elapsed = _add(rest, reported), n_rest + 1, min(elapsed, PERIOD)
     elif state.elapsed >= PERIOD + SETTLING:
         pulse, n_pulse = _add(pulse, reported), n_pulse + 1
     after = ProbeState(
         motor=state.motor, elapsed=elapsed, rest=rest, pulse=pulse, n_rest=n_rest, n_pulse=n_pulse
     )  # fmt: skip
-    if elapsed < 2.0 * PERIOD:
+    if elapsed < 2.0 * PERIOD or not n_pulse:
         return after, None
-    answers = [p / max(1, n_pulse) - r / max(1, n_rest) for p, r in zip(pulse, rest, strict=True)]
+    answers = [p / n_pulse - r / n_rest for p, r in zip(pulse, rest, strict=True)]
     finding = check_answers(state.motor, answers)
     return ProbeState(motor=state.motor + 1), None if finding is None else (state.motor, finding)
+
+
+def _is_pulse(state: ProbeState) -> bool:
+    """Whether the rest is over."""
+    return state.elapsed >= PERIOD and state.n_rest > 0
 
 
 def check_answers(motor: int, answers: Sequence[float]) -> Finding | None:

@@ -14,9 +14,10 @@ from typing import final
 from spiraltrunk.errors import DriveError, describe
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
-from spiraltrunk.hardware.safety.fault import Fault, FaultKind
+from spiraltrunk.hardware.safety.fault import Fault
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.watches.feedback_watch import find_impossible, find_stale
+from spiraltrunk.hardware.safety.watches.motor_watch import find_reported
 
 
 @final
@@ -40,7 +41,7 @@ class SafetyState:
     faults: tuple[Fault, ...] = ()
     """Latched faults, the first cause first; empty outside of `Mode.FAULT`."""
     is_homed: bool = False
-    """Whether the drums are homed and no turn was missed since."""
+    """Whether the drums are homed, and no turn was missed and no fault left their zeros in doubt since."""
     cleared_by: str = ""
     """Person who cleared the last faults; empty before."""
 
@@ -75,6 +76,8 @@ def find_obstacles(
         elif motor and not motor.temperature < sheet.temperature_derate:
             allowed = f"allowed: below {sheet.temperature_derate:g} degC"
             obstacles.append(f"motor {number} has {motor.temperature:g} degC; {allowed}")
+        elif motor and (reported := find_reported(motor)):
+            obstacles.append(f"motor {number}: {reported.text}")
     return tuple(obstacles)
 
 
@@ -120,7 +123,10 @@ def disarm(state: SafetyState) -> SafetyState:
 
 
 def latch(state: SafetyState, faults: Iterable[Fault]) -> SafetyState:
-    """Into fault from any mode; the first cause stays the first, and each cause of each cable is kept once."""
+    """Into fault from any mode; the first cause stays the first, and each cause of each cable is kept once.
+
+    The drums count as not homed after a fault that `FaultKind.needs_homing`.
+    """
     known = {(fault.kind, fault.cable) for fault in state.faults}
     kept = list(state.faults)
     for fault in faults:
@@ -129,7 +135,7 @@ def latch(state: SafetyState, faults: Iterable[Fault]) -> SafetyState:
             kept.append(fault)
     if not kept:
         return state
-    is_homed = state.is_homed and not any(fault.kind is FaultKind.COUNT_LOST for fault in kept)
+    is_homed = state.is_homed and not any(fault.kind.needs_homing for fault in kept)
     return replace(state, mode=Mode.FAULT, faults=tuple(kept), is_homed=is_homed)
 
 

@@ -37,7 +37,14 @@ from spiraltrunk.hardware.safety.watches.feedback_watch import (
     watch_swap,
 )
 from spiraltrunk.hardware.safety.watches.loss_watch import LossState, watch_loss
-from spiraltrunk.hardware.safety.watches.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
+from spiraltrunk.hardware.safety.watches.motor_watch import (
+    StallState,
+    derate,
+    find_hot,
+    find_reported,
+    watch_stall,
+    watch_voltage,
+)
 
 
 @explain_fields
@@ -270,7 +277,8 @@ def _watch_motor(
     voltage, found_voltage = watch_voltage(state.voltage, reading.motor, dt, limits)
     stall, found_stall = watch_stall(state.stall, reading, dt, sheet, limits, others=others)
     after = MotorWatch(frozen=frozen, motion=motion, voltage=voltage, stall=stall)
-    return after, (found_motion, found_frozen, find_hot(reading.motor, sheet), found_voltage, found_stall)
+    found_own = find_hot(reading.motor, sheet), found_voltage, find_reported(reading.motor)
+    return after, (found_motion, found_frozen, *found_own, found_stall)
 
 
 def _watch_cable(

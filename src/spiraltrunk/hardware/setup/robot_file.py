@@ -39,6 +39,11 @@ ADAPTERS = ("socketcan", "gs_usb", "slcan")
 
 _KILO = Decimal("1e3")
 
+STS_PERIOD_MOST = 0.020
+"""Longest period of control with sts servos [s] (ours): feedback after one lost answer is younger than
+`SafetyLimits.feedback_age`. The twin homes at it; at 26 ms the watch of exchanged feedback trips, which compares the
+reported torques with those commanded in the period before."""
+
 _RELAY = "relay:/dev/ttyUSB1, a relay on a serial port"
 
 
@@ -80,7 +85,8 @@ class MotorSetup:
             got = Unquoted(str(list(self.directions)))
             raise DesignError("motors.directions", got=got, allowed=f"{len(self.ids)} numbers, each 1 or -1")
         if self.period is not None:
-            check_number("motors.period", self.period, least=self.data_sheet.period, below=math.inf)
+            most = math.inf if self.family == "gm6020" else STS_PERIOD_MOST  # Rotor and cable limit that of gm6020.
+            check_number("motors.period", self.period, least=self.data_sheet.period, most=most, below=math.inf)
         if self.feedback_period is not None:
             if (least := self.data_sheet.feedback_period) is None:
                 allowed = f"none: motors of the family {self.family} are asked for their feedback"
@@ -91,6 +97,11 @@ class MotorSetup:
     def data_sheet(self) -> MotorDataSheet:
         """Limits of the motors that nothing raises."""
         return GM6020 if self.family == "gm6020" else MODELS[self.model].data_sheet
+
+    @property
+    def voltage_range(self) -> tuple[float, float] | None:
+        """Least and largest supply [V]; None for motors that do not measure it."""
+        return None if self.family == "gm6020" else MODELS[self.model].voltage_range
 
     @property
     def signs(self) -> tuple[int, ...]:

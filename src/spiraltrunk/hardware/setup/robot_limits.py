@@ -32,8 +32,11 @@ def choose_stiffness(cables: CableSetup) -> float:
     return CABLE_STIFFNESS if cables.stiffness is None else cables.stiffness
 
 
-def fit_watches(limits: SafetyLimits, cables: CableSetup) -> SafetyLimits:
-    """The watches' limits for cables of that stiffness."""
+def fit_watches(limits: SafetyLimits, cables: CableSetup, motors: MotorSetup | None = None) -> SafetyLimits:
+    """The watches' limits for cables of that stiffness, and for the supply of motors that measure it."""
+    if motors is not None and motors.voltage_range is not None:
+        least, most = motors.voltage_range
+        limits = replace(limits, voltage_least=least, voltage_most=most)
     return limits if cables.stiffness is None else replace(limits, compliance=1.0 / cables.stiffness)
 
 

@@ -89,7 +89,7 @@ class HardwareRobot(Robot):
         winders = build_winders(design, file)
         options = DriverOptions(
             period=choose_period(file.motors), without_watchdog=without_watchdog, arming_time=ARMING_TIME,
-            limits=fit_watches(SafetyLimits(), file.cables),
+            limits=fit_watches(SafetyLimits(), file.cables, file.motors),
         )  # fmt: skip
         if file.servo is not None:
             options = replace(options, gripper=file.servo)

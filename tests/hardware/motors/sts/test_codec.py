@@ -129,3 +129,4 @@ def test_a_changed_byte_is_noticed(packet, data):
 def test_errors_in_words():
     assert codec.describe_errors(0) == ""
     assert codec.describe_errors(4 | 32) == "overheated, overload"
+    assert codec.describe_errors(1 | 64) == "supply voltage, unknown fault 0x40"

@@ -12,7 +12,10 @@ from spiraltrunk.hardware.motors.serial_port import open_serial
 from spiraltrunk.hardware.motors.sts import codec
 from spiraltrunk.hardware.motors.sts.discovery import discover
 from spiraltrunk.hardware.motors.sts.models import COMPENSATION, MODELS, compute_duty, estimate_torque
+from spiraltrunk.hardware.motors.sts.request_times import QUIET
 from spiraltrunk.hardware.motors.sts.servos import StsServos, StsSettings
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.watches.feedback_watch import find_stale
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.faults.device_faults import CableBreak, IdSwap, OverTemperature, PowerCycle, Stall
 from spiraltrunk.hardware.twin.sts_bus import MemoryStream, PseudoTerminal, StsTwin
@@ -91,7 +94,7 @@ def test_reading_alone_brings_feedback(bench):
     states = bench.port.read()
     assert all(state is not None for state in states)
     assert states[0].voltage == pytest.approx(12.0)
-    assert bench.port.errors == [0, 0, 0]
+    assert [state.problem for state in states] == [""] * 3
 
 
 @pytest.mark.parametrize(
@@ -206,11 +209,64 @@ def test_an_answer_one_period_late_loses_no_turn_at_full_speed(bench):
         bench.twin._answers.clear()
         bench.clock.sleep_until(bench.clock.now() + late)
         for servo in bench.twin.servos:
-            bench.twin._answer(codec.Packet(servo.id, 2, bytes([codec.FEEDBACK, codec.FEEDBACK_SIZE])))
+            bench.twin._answer(codec.Packet(servo.id, 2, bench.stream.written[-1][5:7]))
         bench.clock.sleep_until(bench.clock.now() + PERIOD - late)
         count += sum(state.is_count_lost for state in bench.port.read())
     assert bench.twin.motors[0].speed > 0.9 * bench.port.data_sheet.speed_max
     assert count == 0
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.004, 0.016, 0.1, 0.3])
+def test_late_feedback_is_told_as_old_as_it_is(delay):
+    """The servos measure when the request arrives; a steady speed gives the time at which an angle was reached."""
+    bench = Bench()
+    bench.run(0.05)  # Angles count from the first feedback.
+    bench.twin.faults.delay = delay
+    torque, ages = 0.3 * bench.port.data_sheet.torque_max, []
+
+    def check(states):
+        if states[0] is not None and bench.clock.now() > 1.0:
+            age = (bench.twin.motors[0].angle - states[0].angle) / bench.twin.motors[0].speed
+            ages.append(bench.clock.now() - states[0].time)
+            assert ages[-1] == pytest.approx(age, abs=2e-3)
+
+    states = bench.run(3.0, [torque] * 3, check)
+    print(f"answers late by {1e3 * delay:g} ms: told as {1e3 * min(ages):.0f} to {1e3 * max(ages):.0f} ms old")
+    assert min(ages) >= delay
+    assert (delay > 0.04) == (find_stale(states[0], bench.clock.now(), SafetyLimits()) is not None)
+    assert not any(state.is_count_lost for state in states) or delay > 0.1
+
+
+def test_a_lost_answer_ages_no_later_one():
+    bench, lost = Bench(), iter([False, False, True])  # Command, request, the first servo's answer.
+    bench.run(0.1)
+    damage = bench.twin._damage
+    bench.twin._damage = lambda data: None if next(lost, False) else damage(data)
+    after = [[bench.clock.now() - state.time for state in bench.run(PERIOD)] for _ in range(3)]
+    assert after[0] == pytest.approx([2 * PERIOD, PERIOD, PERIOD])
+    assert after[1:] == [pytest.approx([PERIOD] * 3)] * 2
+
+
+@pytest.mark.parametrize("silence", [0.05, 0.08, 0.1, 0.3, 3.0])
+def test_servos_that_were_silent_are_heard_again_and_no_answer_is_told_as_younger(bench, silence):
+    limit = bench.port.data_sheet.torque_max
+    bench.run(0.3, [0.3 * limit] * 3)
+    bench.twin.faults.is_silent = True
+    bench.run(silence, [0.3 * limit] * 3)
+    bench.twin.faults.is_silent = False
+    states = bench.run(QUIET + 4 * PERIOD, [0.3 * limit] * 3)
+    for state, motor in zip(states, bench.twin.motors, strict=True):
+        assert bench.clock.now() - state.time == pytest.approx(PERIOD)
+        assert (motor.angle - state.angle) % math.tau == pytest.approx(PERIOD * motor.speed, abs=0.01)
+        assert state.is_count_lost == (silence > 0.4)
+
+
+def test_an_answer_that_was_not_asked_for_is_no_feedback(bench):
+    states = bench.run(0.1)
+    data = codec.encode_feedback(codec.Feedback(100, 500, 0, 12.0, 30.0))
+    for size in range(codec.FEEDBACK_SIZE, codec.FEEDBACK_SIZE_MOST + 1):
+        bench.twin._due += codec.encode_packet(codec.Packet(1, 0, data.ljust(size, b"\0")))
+    assert bench.port.read() == states
 
 
 def test_frozen_feedback_is_passed_on_as_it_is(bench):
@@ -260,7 +316,7 @@ def test_an_overheated_servo_says_so_and_switches_off(bench):
     fault = OverTemperature(cable=2, temperature=90.0, rate=50.0)
     states = bench.run(2.0, [0.5] * 3, lambda _: fault.step(bench.twin, 0.0))
     assert states[2].temperature > bench.port.data_sheet.temperature_stop
-    assert codec.describe_errors(bench.port.errors[2]) == "overheated"
+    assert [state.problem for state in states] == ["", "", "overheated"]
     assert states[2].torque == 0.0
 
 
@@ -365,10 +421,11 @@ def _make_noise(source):
     """Bytes of nobody, or a sound packet of any content."""
     if source.random() < 0.3:
         return source.randbytes(source.randrange(20))
-    data = source.randbytes(source.choice((0, 2, 8, 9)))
+    data = source.randbytes(source.choice((0, 2, 8, 9, 15, 16)))
     if source.random() < 0.5:
         speed, load = source.randint(-12288, 12288), source.randint(-1000, 1000)
         data = codec.encode_feedback(codec.Feedback(source.randrange(4096), speed, load, 12.0, 30.0))
+        data += source.randbytes(source.randrange(8))
     return codec.encode_packet(codec.Packet(source.randrange(5), source.randrange(128), data))
 
 
@@ -380,6 +437,8 @@ def fuzz(count):
     n_believed = 0
     for i in range(count):
         bench.twin._due += _make_noise(source)
+        if source.random() < 0.5:
+            bench.twin._answers.clear()
         if i % 8 == 0:
             bench.clock.sleep_until(bench.clock.now() + PERIOD)
         for state in bench.port.read():
@@ -387,7 +446,7 @@ def fuzz(count):
             assert math.isfinite(state.angle)
             assert abs(state.speed) <= 3 * math.tau
             assert abs(state.torque) <= bench.port.data_sheet.torque_max
-    assert n_believed > count // 4  # Sound packets are a servo's: only plausibility and the count of turns doubt them.
+    assert n_believed > count // 4  # Sound packets in a servo's place: only plausibility and the count doubt them.
     assert all(data[4] == 0x82 for data in bench.stream.written)
     assert len(bench.port._received) < 64
     assert all(state.is_count_lost for state in bench.port.read())

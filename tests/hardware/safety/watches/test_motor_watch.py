@@ -11,7 +11,14 @@ from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.reading import CableReading
-from spiraltrunk.hardware.safety.watches.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
+from spiraltrunk.hardware.safety.watches.motor_watch import (
+    StallState,
+    derate,
+    find_hot,
+    find_reported,
+    watch_stall,
+    watch_voltage,
+)
 
 SHEET = MotorDataSheet(
     name="test", torque_max=2.0, speed_max=30.0, torque_step=1e-4, angle_step=1e-3, period=1e-3, silence_max=0.1,
@@ -35,6 +42,13 @@ def test_a_motor_stops_at_its_temperature():
     found = find_hot(build(temperature=90.0), SHEET)
     assert found.kind is FaultKind.OVER_TEMPERATURE
     assert found.text == "the motor has 90 degC; allowed: below 90 degC"
+
+
+def test_a_fault_that_the_motor_reports_is_told():
+    assert find_reported(build()) is None
+    found = find_reported(build(problem="overload"))
+    assert found.kind is FaultKind.MOTOR
+    assert found.text == "the motor reports a fault: overload; switch it off and on"
 
 
 def watch_voltages(voltages: list[float | None]) -> int | None:

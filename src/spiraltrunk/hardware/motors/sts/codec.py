@@ -45,6 +45,8 @@ FEEDBACK = 56
 """First register of the feedback: position, speed, load (2 bytes each), voltage, temperature (1 byte each)."""
 FEEDBACK_SIZE = 8
 """Size of the feedback [bytes]."""
+FEEDBACK_SIZE_MOST = 15
+"""Most bytes that are asked for from `FEEDBACK` on [bytes]: up to the current, as Feetech's library SMS_STS reads."""
 
 ERRORS = {1: "supply voltage", 2: "angle sensor", 4: "overheated", 8: "over-current", 32: "overload"}
 """Faults that a servo reports with each answer, by bit."""
@@ -165,5 +167,7 @@ def take_packets(received: bytearray, longest: int = 250) -> list[Packet]:
 
 
 def describe_errors(bits: int) -> str:
-    """Faults of a servo in words, empty where there is none."""
-    return ", ".join(text for bit, text in ERRORS.items() if bits & bit)
+    """Faults of a servo in words, empty where there is none; bits that `ERRORS` does not list are told as a number."""
+    unknown = bits & ~sum(ERRORS)
+    texts = [text for bit, text in ERRORS.items() if bits & bit]
+    return ", ".join([*texts, f"unknown fault {unknown:#04x}"] if unknown else texts)

@@ -31,6 +31,11 @@ class StsModel(NamedTuple):
     number: int
     """Model number that a servo answers; the variants for 7.4 V and 12 V share it (unconfirmed)."""
 
+    @property
+    def voltage_range(self) -> tuple[float, float]:
+        """Least and largest supply [V]: `VOLTAGE_LEAST` and `VOLTAGE_MOST` of the nominal one."""
+        return round(VOLTAGE_LEAST * self.voltage, 2), round(VOLTAGE_MOST * self.voltage, 2)
+
 
 def _build_sheet(name: str, stall_kgf_cm: float, speed_max_rpm: float) -> MotorDataSheet:
     """Data sheet of an STS3215.

@@ -11,9 +11,10 @@ Nothing here was tried on a real servo. What the protocol implies:
 - **The mode is written with the lock set,** so that it is forgotten at power-off (Feetech's memory table; unconfirmed).
   After a power cycle a servo is limp, since it is switched on once, at the start, and never again.
 
-Period: at 1 Mbit/s a byte takes 10 us. With three servos a command takes 17 bytes, a request 11 and the answers 3 * 14,
-together 0.7 ms, and 1.5 ms more where each servo waits 0.5 ms before it answers (setting as delivered; unconfirmed).
-USB adapters add 1 to 16 ms. Hence 10 ms (ours): `send` also requests the feedback, which the next `read` collects.
+Period: at 1 Mbit/s a byte takes 10 us. With three servos a command takes 17 bytes, a request 11 and the answers 3 * 14
+to 3 * 21 (see `request_times`), together up to 0.9 ms, and 1.5 ms more where each servo waits 0.5 ms before it answers
+(setting as delivered; unconfirmed). USB adapters add 1 to 16 ms. Hence 10 ms (ours): `send` also requests the feedback,
+which the next `read` collects.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.serial_port import SerialStream
 from spiraltrunk.hardware.motors.sts import codec
 from spiraltrunk.hardware.motors.sts.line import StsLine
-from spiraltrunk.hardware.motors.sts.models import MODELS, VOLTAGE_LEAST, VOLTAGE_MOST, compute_duty, estimate_torque
+from spiraltrunk.hardware.motors.sts.models import MODELS, VOLTAGE_LEAST, compute_duty, estimate_torque
+from spiraltrunk.hardware.motors.sts.request_times import RequestTimes
 from spiraltrunk.hardware.motors.turn_count import TurnCount
 
 
@@ -76,16 +78,14 @@ class StsServos(MotorPort):
         self._model = MODELS[settings.model]
         self.data_sheet = self._model.data_sheet
         self.n_motor = len(settings.servo_ids)
-        self.errors = [0] * self.n_motor
-        """Fault bits of each servo's last answer; `codec.describe_errors` words them."""
         self._line = line
         self._clock = clock
         self._received = bytearray()
         self._states: list[MotorState | None] = [None] * self.n_motor
         self._counts = [TurnCount(codec.STEPS, self.data_sheet.silence_max) for _ in settings.servo_ids]
-        self._requested = -math.inf
+        self._requests = RequestTimes()
         self._is_closed = False
-        self._request, self._command = self._build_groups()
+        self._command = self._build_command()
 
     @classmethod
     def from_settings(cls, settings: StsSettings, clock: Clock, *, stream: SerialStream | None = None) -> Self:
@@ -112,14 +112,14 @@ class StsServos(MotorPort):
             raise
 
     def read(self) -> tuple[MotorState | None, ...]:
-        """See `MotorPort`. A feedback's time is that of its request, which is older than its arrival.
+        """See `MotorPort`. A feedback's time is that of its request, which is older than its measurement.
 
         Where nothing is sent for two periods, the feedback is requested here; a request at each call would collide
         on the one wire with the command that follows.
         """
         self._check_open()
         self._collect()
-        if self._clock.now() - self._requested >= 2.0 * self.data_sheet.period:
+        if self._clock.now() - self._requests.latest >= 2.0 * self.data_sheet.period:
             self._ask()
         return tuple(self._states)
 
@@ -174,25 +174,31 @@ class StsServos(MotorPort):
         """Take in what has arrived."""
         while received := self._line.receive():
             self._received += received
-        if math.isinf(self._requested):  # Left from the start: nothing was asked yet.
+        if math.isinf(self._requests.latest):  # Left from the start: nothing was asked yet.
             self._received.clear()
-        newest: dict[int, codec.Packet] = {}
-        for packet in codec.take_packets(self._received, longest=codec.FEEDBACK_SIZE):
-            newest[packet.servo_id] = packet  # Those before it came late.
-        for motor, servo_id in enumerate(self.settings.servo_ids):
-            answer = newest.get(servo_id)
-            feedback = codec.decode_feedback(answer.data) if answer is not None else None
-            if answer is not None and feedback is not None:
-                self.errors[motor] = answer.code
-                self._states[motor] = self._build_state(motor, feedback)
+        for packet in codec.take_packets(self._received, longest=codec.FEEDBACK_SIZE_MOST):
+            self._take_in(packet)
 
-    def _build_state(self, motor: int, feedback: codec.Feedback) -> MotorState:
+    def _take_in(self, packet: codec.Packet) -> None:
+        """The feedback in a packet, where it answers a request that is open."""
+        if packet.servo_id not in self.settings.servo_ids:
+            return
+        feedback = codec.decode_feedback(packet.data[: codec.FEEDBACK_SIZE])
+        if feedback is None:
+            return
+        time = self._requests.take(packet.servo_id, len(packet.data), self._clock.now())
+        if time is not None:
+            motor = self.settings.servo_ids.index(packet.servo_id)
+            problem = codec.describe_errors(packet.code)
+            self._states[motor] = replace(self._build_state(motor, feedback, time), problem=problem)
+
+    def _build_state(self, motor: int, feedback: codec.Feedback, time: float) -> MotorState:
         direction = self.settings.directions[motor]
         count = self._counts[motor]
-        steps = count.update(feedback.position, self._requested)
+        steps = count.update(feedback.position, time)
         speed = direction * feedback.speed * codec.STEP
         return MotorState(
-            time=self._requested,
+            time=time,
             angle=direction * steps * codec.STEP,
             speed=speed,
             torque=estimate_torque(self._model, direction * feedback.load / codec.DUTY_MAX, speed, feedback.voltage),
@@ -202,8 +208,16 @@ class StsServos(MotorPort):
         )
 
     def _ask(self) -> None:
-        self._transmit(self._request)
-        self._requested = self._clock.now()
+        """Request the feedback of all servos, unless earlier answers are in doubt."""
+        now = self._clock.now()
+        size = self._requests.find_size(now)
+        if size is None:
+            return
+        request = self._line.sdk.GroupSyncRead(self._line, self._line.handler, codec.FEEDBACK, size)
+        for servo_id in self.settings.servo_ids:
+            request.addParam(servo_id)
+        self._transmit(request)
+        self._requests.add(now)
 
     def _transmit(self, group: Any) -> None:
         self._line.is_using = False  # The SDK holds the line until it has read answers, and after an error for ever.
@@ -212,14 +226,11 @@ class StsServos(MotorPort):
         if result != self._line.sdk.COMM_SUCCESS:
             raise DriveError(f"serial port {self.settings.port}: {self._line.handler.getTxRxResult(result)}")
 
-    def _build_groups(self) -> tuple[Any, Any]:
-        sdk, handler = self._line.sdk, self._line.handler
-        request = sdk.GroupSyncRead(self._line, handler, codec.FEEDBACK, codec.FEEDBACK_SIZE)
-        command = sdk.GroupSyncWrite(self._line, handler, codec.GOAL_DUTY, 2)
+    def _build_command(self) -> Any:
+        command = self._line.sdk.GroupSyncWrite(self._line, self._line.handler, codec.GOAL_DUTY, 2)
         for servo_id in self.settings.servo_ids:
-            request.addParam(servo_id)
             command.addParam(servo_id, [0, 0])
-        return request, command
+        return command
 
     def _write_all(self, register: int, data: list[int]) -> None:
         group = self._line.sdk.GroupSyncWrite(self._line, self._line.handler, register, len(data))
@@ -242,11 +253,10 @@ def _check_servo(line: StsLine, settings: StsSettings, motor: int) -> None:
     if number != model.number:
         raise DriveError(f"{which} is model number {number}; allowed: {model.number} ({settings.model})")
     feedback = codec.decode_feedback(line.read_register(servo_id, codec.FEEDBACK, codec.FEEDBACK_SIZE))
-    if feedback is None or not VOLTAGE_LEAST * model.voltage <= feedback.voltage <= VOLTAGE_MOST * model.voltage:
+    least, most = model.voltage_range
+    if feedback is None or not least <= feedback.voltage <= most:
         seen = "no plausible feedback" if feedback is None else f"{feedback.voltage:.1f} V"
-        raise DriveError(
-            f"{which} has {seen}; allowed: {VOLTAGE_LEAST * model.voltage:.1f} to {VOLTAGE_MOST * model.voltage:.1f} V"
-        )
+        raise DriveError(f"{which} has {seen}; allowed: {least:.1f} to {most:.1f} V")
 
 
 def _switch_on(line: StsLine, servo_id: int) -> None:

@@ -1,4 +1,4 @@
-"""Watches of the motor: temperature, supply voltage, stall."""
+"""Watches of the motor: temperature, supply voltage, faults of its own, stall."""
 
 from __future__ import annotations
 
@@ -28,6 +28,13 @@ def find_hot(motor: MotorState, sheet: MotorDataSheet) -> Finding | None:
         return None
     text = f"the motor has {motor.temperature:g} degC; allowed: below {sheet.temperature_stop:g} degC"
     return Finding(FaultKind.OVER_TEMPERATURE, text)
+
+
+def find_reported(motor: MotorState) -> Finding | None:
+    """A fault that the motor itself reports: it may have taken off its torque."""
+    if not motor.problem:
+        return None
+    return Finding(FaultKind.MOTOR, f"the motor reports a fault: {motor.problem}; switch it off and on")
 
 
 def watch_voltage(elapsed: float, motor: MotorState, dt: float, limits: SafetyLimits) -> tuple[float, Finding | None]:
