@@ -15,6 +15,7 @@ from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.design.drum import size_drum
+from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
 from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmPort, ArmState
@@ -25,6 +26,7 @@ from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
 from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.setup.robot_limits import check_arm_model
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
@@ -280,6 +282,28 @@ class Curl(Strategy[int]):
 
     def status(self, state: int) -> Status:
         return Status(phase="prehension", action="curl", is_done=state > 25)
+
+
+@pytest.mark.parametrize(
+    ("arm", "model"),
+    [("franky:10.0.0.1", "panda"), ("panda:10.0.0.1", "fr3"), ("panda:10.0.0.1", "own.xml"), ("franky:h", "own.xml")],
+)
+def test_an_arm_with_the_limits_of_another_is_refused_before_anything_is_opened(arm, model, monkeypatch):
+    for name in ("open_can_bus", "open_relay", "ArmSettings"):
+        monkeypatch.setattr(hardware_robot, name, lambda *_, **__: pytest.fail("a port was opened"))
+    design = replace(DESIGN, arm=ArmDesign(model=model))
+    with pytest.raises(DesignError) as caught:
+        HardwareRobot(design, replace(FILE, arm=arm))
+    fitting = {"panda": "panda:HOST or none", "fr3": "franky:HOST or none"}.get(model, "none")
+    assert str(caught.value) == (
+        f"arm is '{arm}'; allowed: {fitting}, as the design's arm.model is '{model}' (panda drives a \"panda\", franky "
+        'drives a "fr3"): correct the one that does not name the arm that is connected'
+    )
+
+
+@pytest.mark.parametrize(("arm", "model"), [("panda:h", "panda"), ("franky:h", "fr3"), ("none", "own.xml")])
+def test_the_arm_of_the_design_is_taken(arm, model):
+    check_arm_model(replace(FILE, arm=arm), replace(DESIGN, arm=ArmDesign(model=model)))
 
 
 @pytest.fixture
