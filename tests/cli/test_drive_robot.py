@@ -7,6 +7,7 @@ import json
 import math
 import os
 from argparse import Namespace
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -207,8 +208,6 @@ def test_a_limit_of_the_robot_file_holds_for_moves(monkeypatch, robot, capsys):
 
 
 def test_the_speed_of_the_gamepad_is_that_of_the_robot_file_or_of_the_option(robot, monkeypatch, capsys):
-    from contextlib import nullcontext
-
     speeds = []
 
     def jog(*_, speed, **__):
@@ -280,6 +279,7 @@ def held(monkeypatch):
     monkeypatch.setattr(Robot, "prepare", lambda self: None)
     monkeypatch.setattr(Robot, "pull_to", pull_to)
     monkeypatch.setattr(Robot, "read_pulls", lambda self: list(at))
+    monkeypatch.setattr(Robot, "compute_pulls", lambda self, _: list(at))
 
 
 def test_a_protocol_names_the_cable_and_the_step_that_missed_its_target_most(held, tmp_path, capsys):
@@ -323,6 +323,34 @@ def test_a_protocol_at_its_targets_warns_of_nothing(capsys):
     told = capsys.readouterr().err
     assert "cable 1 ended 2 of 3 steps away from its target, most in step 2, 3.0 mm at 2.0 mm: " in told
     assert "cable 2" not in told
+
+
+def test_a_run_of_a_protocol_that_does_not_exist_opens_nothing(tmp_path, monkeypatch, capsys):
+    protocol = tmp_path / "protocol.toml"
+    protocol.write_text(PROTOCOL)
+    monkeypatch.setattr("spiraltrunk.cli.verbs.drive.actions.open_robot", lambda *_, **__: pytest.fail("opened"))
+    for run, says in (("bned", "unknown run 'bned'; known: bend, rest"), ("bend", "cannot do")):
+        assert cli.main(["drive", "protocol", str(protocol), run]) == 2
+        assert says in capsys.readouterr().err
+        protocol.write_text(PROTOCOL.replace("step_mm = 50", "step_mm = 500"))
+
+
+@pytest.mark.parametrize("way", [["1", "5"], ["--gamepad"]])
+def test_cables_are_let_go_before_a_pose_is_saved(way, monkeypatch, tmp_path):
+    """The driver calls a command stale 40 ms after the last one, and writing a file may take longer."""
+    from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
+    from spiraltrunk.workflows.drive.robot import Robot
+
+    done = []
+    monkeypatch.setattr("spiraltrunk.hardware.gamepad.Gamepad", lambda number: nullcontext())
+    monkeypatch.setattr("spiraltrunk.workflows.drive.gamepad_jog.jog_with_gamepad", lambda *_, **__: "stop button")
+    monkeypatch.setattr("spiraltrunk.cli.verbs.drive.actions.save_pose", lambda *_: done.append("saved"))
+    monkeypatch.setattr(Robot, "prepare", lambda self: None)
+    monkeypatch.setattr(Robot, "pull_to", lambda self, pulls, **_: None)
+    monkeypatch.setattr(Robot, "finish", lambda self: done.append("let go") or self.driver.snapshot())
+    monkeypatch.setattr(TrunkDriver, "stop", lambda self: done.append("stopped"))
+    assert cli.main(["drive", "jog", *way, "--save", "x", "--poses", str(tmp_path / "poses.json")]) == 0
+    assert done[:2] == ["stopped" if way == ["--gamepad"] else "let go", "saved"]
 
 
 def test_a_run_that_pulls_at_no_cable_ends_without_a_distance(held, tmp_path, capsys):

@@ -19,6 +19,12 @@ from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
 MOVING = 0.02
 """Speed of a joint above which the arm counts as moving [rad/s] (ours)."""
 
+BESIDE = np.radians(2.0)
+"""Largest distance of a joint from its home position at the start of a run [rad] (ours)."""
+
+SETTLING = 1.0
+"""Time in which that distance goes to zero [s] (ours): of `BESIDE`, at most 0.07 rad/s and 0.2 rad/s^2 beside the
+motion that is commanded, a thirtieth of a Panda's limits and less."""
 
 THINKING = 1.0
 """Time for which a strategy may think while the robot holds still [s] (ours): three times what `sweep` takes to plan
@@ -96,7 +102,8 @@ class HardwarePlant(Plant):
     def reset(self) -> Observation:
         """Start a run: time is 0 from here.
 
-        The driver must be armed, and the arm at rest in its home posture: nothing moves by itself.
+        The driver must be armed, and the arm at rest in its home posture: nothing moves by itself. Up to `BESIDE` a
+        joint may stand beside it; the first target is where it stands, and the distance fades within `SETTLING`.
 
         Raises:
             RunError: where the driver is not armed, or the arm is elsewhere or moves.
@@ -106,10 +113,12 @@ class HardwarePlant(Plant):
         state = self._arm.read()
         if np.abs(state.velocity).max() > MOVING:
             raise RunError("the arm moves; allowed: at rest in its home posture")
-        if np.abs(state.position - self._reach.home).max() > np.radians(2.0):
-            raise RunError("the arm is not in its home posture, within 2 deg of each joint; move it there first")
+        beside = state.position - self._reach.home
+        if not np.abs(beside).max() <= BESIDE:
+            most = f"{np.degrees(BESIDE):g} deg"
+            raise RunError(f"the arm is not in its home posture, within {most} of each joint; move it there first")
         self._began, self._count = self._clock.now(), 0
-        self._position = np.array(self._reach.home, float)
+        self._position, self._beside = np.array(self._reach.home, float), beside
         self._held: tuple[np.ndarray, ...] | None = None
         self._since = self._began
         return self._observe()
@@ -126,15 +135,16 @@ class HardwarePlant(Plant):
         design = self.task.design
         command = read_command(command, design.n_cable, design.cable.tension_max)
         self._position = self._reach.follow(self._position, command.T_world_base, CONTROL_PERIOD)
+        arm = self._position + self._beside * compute_share_left(self._count * CONTROL_PERIOD)
         pull = np.full(design.n_cable, np.inf) if command.cable_pull is None else command.cable_pull
         if self._slack:
             wound = [compensate_slack(one, loose, self._stroke) for one, loose in zip(pull, self._slack, strict=True)]
             pull = np.array(wound)
         gripper = max(-1.0, min(1.0, command.gripper))
-        is_still = self._is_still(self._position, command.cable_tension, pull, np.array(gripper))
+        is_still = self._is_still(arm, command.cable_tension, pull, np.array(gripper))
         try:
             self.driver.set_targets(
-                command.cable_tension, pull, arm_position=self._position, gripper=gripper,
+                command.cable_tension, pull, arm_position=arm, gripper=gripper,
                 valid_for=THINKING if is_still else CONTROL_PERIOD,
             )  # fmt: skip
         except DriveError as error:  # The driver's thread may have latched a fault since the check above.
@@ -194,3 +204,13 @@ class HardwarePlant(Plant):
         if not self._slack:
             return pulls
         return [remove_slack(pull, one, self._stroke) for pull, one in zip(pulls, self._slack, strict=True)]
+
+
+def compute_share_left(time: float) -> float:
+    """Share of the distance from the home posture that is left at a time of the run [s], from 1 to 0.
+
+    1 - 10 s^3 + 15 s^4 - 6 s^5 with s = t / T, T = `SETTLING`: the motion of least jerk from rest to rest (Flash and
+    Hogan, "The coordination of arm movements", 1985), of at most 1.875 / T in speed and 5.77 / T^2 in acceleration.
+    """
+    s = min(1.0, max(0.0, time / SETTLING))
+    return 1.0 - s**3 * (10.0 - 15.0 * s + 6.0 * s**2)

@@ -1,4 +1,4 @@
-"""Limits that only narrow, thresholds that only fall, and targets that are never clamped."""
+"""Limits of two arms, thresholds that only fall, and targets that are never clamped."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from spiraltrunk.hardware.arm.checks import (
     check_pace,
     compute_travel_time,
     intersect_limits,
-    narrow_limits,
     position_range,
     read_target,
 )
@@ -31,35 +30,6 @@ from spiraltrunk.sim.robot.panda import PANDA
 
 FR3_SETTINGS = ArmSettings(limits=FR3.limits, payload=FR3.payload)
 UNKNOWN = ArmLimits(position=None, velocity=None, acceleration=None, jerk=None, torque=None)
-
-
-def test_a_configuration_narrows():
-    config = dataclasses.replace(LIMITS, position=(LOW + 0.5, HIGH - 0.2), velocity=0.5 * SPEED)
-    both = narrow_limits(LIMITS, config)
-    np.testing.assert_array_equal(both.position, (LOW + 0.5, HIGH - 0.2))
-    np.testing.assert_array_equal(both.velocity, 0.5 * SPEED)
-    np.testing.assert_array_equal(both.torque, LIMITS.torque)
-
-
-@pytest.mark.parametrize("name", ["velocity", "acceleration", "jerk", "torque"])
-@pytest.mark.parametrize("joint", [0, 3, 6])
-def test_a_configuration_never_widens(name, joint):
-    wider = getattr(LIMITS, name).copy()
-    wider[joint] *= 1.001
-    with pytest.raises(DriveError, match=f"{name} of joint {joint + 1} .* allowed: a configuration that narrows"):
-        narrow_limits(LIMITS, dataclasses.replace(LIMITS, **{name: wider}))
-
-
-@pytest.mark.parametrize("ends", [(LOW - 0.01, HIGH), (LOW, HIGH + 0.01), (LOW, HIGH * np.nan), (LOW * np.nan, HIGH)])
-def test_a_configuration_never_widens_a_range(ends):
-    with pytest.raises(DriveError, match=r"position of joint 1 "):
-        narrow_limits(LIMITS, dataclasses.replace(LIMITS, position=ends))
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_a_limit_that_is_no_number_is_refused(bad):
-    with pytest.raises(DriveError, match="finite"):
-        narrow_limits(LIMITS, dataclasses.replace(LIMITS, velocity=SPEED * bad))
 
 
 def test_intersection_keeps_both():

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import numpy as np
@@ -15,17 +16,21 @@ from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.design.drum import size_drum
+from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
 from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmPort, ArmState
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
-from spiraltrunk.hardware.log import load_log
+from spiraltrunk.hardware.log import LogWriter, load_log
+from spiraltrunk.hardware.log.channels import StateLog
 from spiraltrunk.hardware.motors import load_cell
 from spiraltrunk.hardware.motors.sts.servos import StsServos
 from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.reaction import LET_GO_TIME, RAMP_TIME
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
 from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.setup.robot_limits import check_arm_model
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
@@ -36,7 +41,7 @@ from spiraltrunk.hardware.twin.sts_servo import ServoTwin
 from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.sim.robot.arm import arm_limits
+from spiraltrunk.sim.robot.arm import arm_home, arm_limits
 from spiraltrunk.workflows.drive import hardware_robot
 from spiraltrunk.workflows.drive.camera import Camera
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
@@ -53,7 +58,9 @@ FILE = RobotFile(name="bench", bus="virtual:robot", motors=MotorSetup(family="gm
 
 
 @contextmanager
-def connect(file: RobotFile = FILE, machine: SimMachine | None = None, **options: bool) -> Iterator[HardwareRobot]:
+def connect(
+    file: RobotFile = FILE, machine: SimMachine | None = None, arm: ArmPort | None = None, **options: bool
+) -> Iterator[HardwareRobot]:
     """A robot whose motors are twins, each process of the bus in lock-step."""
     clock = TwinClock()
     far = open_can_bus(file.bus, clock)
@@ -61,8 +68,8 @@ def connect(file: RobotFile = FILE, machine: SimMachine | None = None, **options
     radius = size_drum(DESIGN).winding_radius
     motors = [MotorTwin(MotorParameters(drum_radius=radius, wound=-0.004)) for _ in file.motors.ids]
     board = BoardTwin() if file.watchdog == "board" else None
-    arm = None if machine is None else MachineArm(machine, clock)
-    if arm is not None:
+    if machine is not None:
+        arm = MachineArm(machine, clock)
         clock.attach(arm)
     clock.attach(MotorTwins(far, load, motors, motor_ids=list(file.motors.ids), board=board))
     try:
@@ -80,7 +87,34 @@ def test_it_homes_and_moves_its_cables():
         cables = robot.driver.snapshot().cables
     assert cables[0].pull > 0.02
     assert max(cable.pull for cable in cables[1:]) < -0.005
-    assert [fault.kind for fault in robot.driver.faults] == [FaultKind.STOPPED]
+    assert (robot.driver.mode, robot.driver.faults) == (Mode.SAFE, ())
+
+
+@pytest.mark.parametrize("error", [None, KeyboardInterrupt])
+def test_cables_are_let_go_slowly_at_the_end_and_fast_on_an_error(error):
+    """The ramps of `safety.reaction`, with the one message at their end."""
+    with suppress(KeyboardInterrupt), connect() as robot:
+        robot.prepare()
+        robot.pull_to([0.005, 0.0, 0.0], tension=20.0, hold=0.0)
+        began = robot.clock.now()
+        if error is not None:
+            raise error
+    took, kinds = robot.clock.now() - began, [fault.kind for fault in robot.driver.faults]
+    if error is None:
+        assert (robot.driver.mode, kinds) == (Mode.SAFE, [])
+        assert LET_GO_TIME - 1e-6 < took < LET_GO_TIME + 0.05
+    else:
+        assert kinds == [FaultKind.STOPPED]
+        assert RAMP_TIME - 1e-6 < took < RAMP_TIME + 0.01
+
+
+@pytest.mark.slow
+def test_a_fault_while_it_lets_go_is_told():
+    with connect() as robot:
+        robot.prepare()
+        robot.watch = lambda driver: driver.mode is Mode.ARMED and driver.stop()
+        with pytest.raises(RunError, match="a person stopped the robot"):
+            robot.finish()
 
 
 def test_limits_of_the_file_hold():
@@ -301,6 +335,28 @@ class Curl(Strategy[int]):
         return Status(phase="prehension", action="curl", is_done=state > 25)
 
 
+@pytest.mark.parametrize(
+    ("arm", "model"),
+    [("franky:10.0.0.1", "panda"), ("panda:10.0.0.1", "fr3"), ("panda:10.0.0.1", "own.xml"), ("franky:h", "own.xml")],
+)
+def test_an_arm_with_the_limits_of_another_is_refused_before_anything_is_opened(arm, model, monkeypatch):
+    for name in ("open_can_bus", "open_relay", "ArmSettings"):
+        monkeypatch.setattr(hardware_robot, name, lambda *_, **__: pytest.fail("a port was opened"))
+    design = replace(DESIGN, arm=ArmDesign(model=model))
+    with pytest.raises(DesignError) as caught:
+        HardwareRobot(design, replace(FILE, arm=arm))
+    fitting = {"panda": "panda:HOST or none", "fr3": "franky:HOST or none"}.get(model, "none")
+    assert str(caught.value) == (
+        f"arm is '{arm}'; allowed: {fitting}, as the design's arm.model is '{model}' (panda drives a \"panda\", franky "
+        'drives a "fr3"): correct the one that does not name the arm that is connected'
+    )
+
+
+@pytest.mark.parametrize(("arm", "model"), [("panda:h", "panda"), ("franky:h", "fr3"), ("none", "own.xml")])
+def test_the_arm_of_the_design_is_taken(arm, model):
+    check_arm_model(replace(FILE, arm=arm), replace(DESIGN, arm=ArmDesign(model=model)))
+
+
 @pytest.fixture
 def machine() -> SimMachine:
     """MuJoCo's arm and trunk, in place of the real ones."""
@@ -320,6 +376,45 @@ def test_a_strategy_runs_and_is_not_judged(machine, tmp_path):
     assert trial.log.observations[-1].cable_pull[0] > 0.005
     log = load_log(path)
     assert (log.metadata.bus, log.metadata.is_twin, log.is_complete) == (FILE.bus, False, True)
+
+
+class GivesUpInMotion(Curl):
+    """Winds in from step to step, and gives up on the way."""
+
+    def step(self, state: int, observation: Observation) -> tuple[int, Command]:
+        state, command = super().step(state, observation)
+        return state, replace(command, cable_pull=np.array([5e-4 * state, np.inf, np.inf]))
+
+    def status(self, state: int) -> Status:
+        return replace(super().status(state), gave_up="nothing was held" if state > 25 else None)
+
+
+class StandingArm(LoadedArm):
+    """An arm that stands in its home posture."""
+
+    home = np.array(arm_home(DESIGN.arm, 7))
+
+    def read(self) -> ArmState:
+        zeros = np.zeros(7)
+        return ArmState(time=math.inf, position=self.home, velocity=zeros, acceleration=zeros, torque=zeros)
+
+
+def test_the_result_is_of_the_end_of_the_run_and_not_of_the_time_that_files_take(tmp_path, monkeypatch):
+    """A log of minutes is closed within seconds, in which the loop goes on in its thread: here, in simulated time."""
+    close, path = LogWriter.close, tmp_path / "drive.mcap"
+
+    with connect(arm=StandingArm()) as robot:
+
+        def close_slowly(log: LogWriter) -> None:
+            close(log)
+            robot.run(1.0)
+
+        monkeypatch.setattr(LogWriter, "close", close_slowly)
+        trial = run_on_hardware(robot, OBJECT, GivesUpInMotion(), log=path)
+        assert trial.log.gave_up == "nothing was held"
+        assert (trial.snapshot.mode, trial.snapshot.faults) == (Mode.ARMED, ())
+        assert (robot.driver.mode, robot.driver.faults) == (Mode.SAFE, ())
+    assert load_log(path)[StateLog].mode == ("armed", "safe")
 
 
 def test_the_task_is_the_announced_one():

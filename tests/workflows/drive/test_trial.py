@@ -18,6 +18,7 @@ def test_a_kick_succeeds_on_the_twin_and_its_log_is_read_again(tmp_path):
     done = _run("kick", log=tmp_path / "kick.mcap")
     assert done.trial.verdict.success, done.trial.verdict.reason
     assert done.snapshot.faults == ()
+    assert len(done.trial.plant.trace) == len(done.trial.log.observations), "what follows the run is not judged"
     assert 0.0 < done.homing < 15.0
     assert (tmp_path / "kick.mcap").stat().st_size > 0
 

@@ -53,7 +53,7 @@ class ArmPort(ABC):
     """An arm that follows joint positions."""
 
     limits: ArmLimits
-    """Limits in force: the least of the arm's own and those of the configuration."""
+    """Limits in force: those of the design's arm, or those that the arm itself tells where they are tighter."""
 
     @abstractmethod
     def read(self) -> ArmState:

@@ -30,9 +30,6 @@ STILL = 0.01
 FARTHEST_LOAD = 2.0
 """Largest distance of a load's centre of mass from the flange [m] (ours: four trunks)."""
 
-_ROUNDING = 1e-9
-"""Part of a limit by which an equal one may exceed it, the rounding of a conversion [-]."""
-
 
 @explain_fields
 @final
@@ -41,7 +38,7 @@ class ArmSettings:
     """What an arm is checked against."""
 
     limits: ArmLimits
-    """Limits of the arm, narrowed by the configuration, see `narrow_limits`; positions and speeds are required."""
+    """Limits of the arm; positions and speeds are required."""
     payload: float | None
     """Rated payload at the flange [kg]; None where none is published, then every load passes."""
     period: float = 0.02
@@ -123,25 +120,6 @@ def intersect_limits(first: ArmLimits, second: ArmLimits) -> ArmLimits:
         torque=_least(first.torque, second.torque),
         braking=braking,
     )
-
-
-def narrow_limits(own: ArmLimits, configured: ArmLimits) -> ArmLimits:
-    """The arm's ``own`` limits, narrowed by a configuration.
-
-    Raises:
-        DriveError: with joint, value and limit, where the configuration is wider than the arm, or not finite.
-    """
-    if own.position is not None and configured.position is not None:
-        (low, high), (least, most) = own.position, configured.position
-        _refuse_wider("least position", -np.asarray(least), -np.asarray(low))
-        _refuse_wider("largest position", np.asarray(most), np.asarray(high))
-    for name in ("velocity", "acceleration", "jerk", "torque"):
-        most, bound = getattr(configured, name), getattr(own, name)
-        if most is not None:
-            read_numbers(f"configured arm {name}", most, error=DriveError)
-        if most is not None and bound is not None:
-            _refuse_wider(name, np.asarray(most), np.asarray(bound))
-    return intersect_limits(own, configured)
 
 
 def position_range(settings: ArmSettings) -> tuple[np.ndarray, np.ndarray]:
@@ -278,19 +256,6 @@ def _check_limits(limits: ArmLimits) -> None:
         i = int(np.argmin(low < high))
         raise DriveError(
             f"positions of joint {i + 1} reach from {low[i]:g} to {high[i]:g} rad; allowed: low below high"
-        )
-
-
-def _refuse_wider(name: str, configured: np.ndarray, own: np.ndarray) -> None:
-    """Refuse the first number that is above the arm's own, or not comparable."""
-    if configured.shape != own.shape:
-        raise DriveError(f"configured arm {name} has shape {configured.shape}; allowed: {own.shape}")
-    is_narrow = configured <= own + _ROUNDING * np.abs(own)
-    if not is_narrow.all():
-        i = int(np.argmin(is_narrow))
-        raise DriveError(
-            f"configured arm {name} of joint {i + 1} is {abs(configured[i]):g}, the arm's own is {abs(own[i]):g}; "
-            "allowed: a configuration that narrows the arm's limits"
         )
 
 

@@ -6,10 +6,16 @@ from dataclasses import replace
 
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.errors import DesignError, Unquoted, describe
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.setup.cable_setup import CableSetup
-from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile, check_motor_count, load_robot_file
+from spiraltrunk.hardware.setup.robot_file import (
+    MotorSetup,
+    RobotFile,
+    check_arm,
+    check_motor_count,
+    load_robot_file,
+)
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS
 from spiraltrunk.hardware.winder.limits import WinderLimits
@@ -20,6 +26,10 @@ PERIOD = 0.002
 
 _KEYS = {"winder.period": "motors.period_ms", "winder.tension_floor": "cables.tension_floor_n"}
 """Keys of a robot file, by the fields of a winder that they set."""
+
+DRIVEN_ARMS = {"panda": "panda", "franky": "fr3"}
+"""The ``arm.model`` that each driver of arms drives: the libfranka of panda-python's wheel speaks to a Panda, that of
+franky-control's to an FR3."""
 
 
 def choose_period(motors: MotorSetup) -> float:
@@ -70,6 +80,26 @@ def load_fitting_file(path: str, design: TrunkDesign) -> RobotFile:
     except DesignError as error:
         raise DesignError(error.name, got=error.got, allowed=error.allowed, file=path) from None
     return file
+
+
+def check_arm_model(file: RobotFile, design: TrunkDesign) -> None:
+    """Refuse a driver of another arm than the design's, whose limits it would be checked against.
+
+    An arm of a user's MJCF file has no driver: the file tells no speed limits, and no driver says whose arm it is.
+
+    Raises:
+        DesignError: with the arm of both, and what is allowed.
+    """
+    named = check_arm(file.arm)
+    if named is None or DRIVEN_ARMS[named[0]] == design.arm.model:
+        return
+    fitting = [f"{name}:HOST" for name, model in DRIVEN_ARMS.items() if model == design.arm.model]
+    pairs = ", ".join(f'{name} drives a "{model}"' for name, model in DRIVEN_ARMS.items())
+    allowed = (
+        f"{' or '.join([*fitting, 'none'])}, as the design's arm.model is {describe(design.arm.model)} ({pairs}): "
+        "correct the one that does not name the arm that is connected"
+    )
+    raise DesignError("arm", got=file.arm, allowed=allowed)
 
 
 def lower_limits(limits: WinderLimits, cables: CableSetup) -> WinderLimits:

@@ -42,7 +42,7 @@ from spiraltrunk.hardware.safety.watchdog import (
 )
 from spiraltrunk.hardware.setup.relay import open_relay
 from spiraltrunk.hardware.setup.robot_file import RobotFile, check_arm
-from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period, fit_watches
+from spiraltrunk.hardware.setup.robot_limits import build_winders, check_arm_model, choose_period, fit_watches
 from spiraltrunk.sim.robot.arm import arm_limits, arm_payload
 from spiraltrunk.workflows.drive.robot import Robot
 
@@ -69,7 +69,7 @@ class HardwareRobot(Robot):
         arm: used instead of the file's arm, such as a simulated one.
 
     Raises:
-        DesignError: where the file does not fit the design; nothing is opened then.
+        DesignError: where the file does not fit the design, or its arm is another one; nothing is opened then.
         DriveError: where a port or an arm cannot be opened, or the arm refuses its load; all others are closed again.
         MissingPackage: without a package that it needs.
     """
@@ -86,6 +86,8 @@ class HardwareRobot(Robot):
         self.design, self.file = design, file
         self.clock = SystemClock() if clock is None else clock
         self.slack = file.cables.slack
+        if arm is None:
+            check_arm_model(file, design)
         winders = build_winders(design, file)
         options = DriverOptions(
             period=choose_period(file.motors), without_watchdog=without_watchdog, arming_time=ARMING_TIME,

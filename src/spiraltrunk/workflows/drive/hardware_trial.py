@@ -35,7 +35,7 @@ class HardwareTrial:
     log: RunLog
     """Every message between robot and strategy."""
     snapshot: Snapshot
-    """The driver at its end."""
+    """The driver at its end, before it let go."""
     homing: float
     """Time that homing took [s]."""
     warnings: tuple[str, ...]
@@ -57,7 +57,7 @@ def run_on_hardware(
     log: Path | None = None,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> HardwareTrial:
-    """Home, arm, and run the strategy for an object where its scene announces it. Never tried on a real robot.
+    """Home, arm, run the strategy for an object where its scene announces it, and let go. Never tried on a real robot.
 
     Args:
         robot: the robot with its arm in its home posture.
@@ -70,7 +70,8 @@ def run_on_hardware(
     Raises:
         ModelError: where the strategy cannot plan for the object.
         DriveError: where the robot cannot be homed or armed.
-        RunError: where it has no arm, or no camera or gripper and the strategy needs one, or a fault ended homing.
+        RunError: where it has no arm, or no camera or gripper and the strategy needs one, or a fault ended homing or
+            came while it let go.
     """
     if strategy.needs_camera and camera is None:
         raise RunError(f"{strategy.name} needs a camera, and there is none; allowed: strategies that need none")
@@ -87,8 +88,8 @@ def run_on_hardware(
         if watch is not None:
             watch(seen, status)
 
-    run_log = run_logged(robot, plant, strategy, log, look, bus=robot.file.bus)
-    return HardwareTrial(log=run_log, snapshot=robot.driver.snapshot(), homing=homing, warnings=tuple(warnings))
+    run_log, snapshot = run_logged(robot, plant, strategy, log, look, bus=robot.file.bus)
+    return HardwareTrial(log=run_log, snapshot=snapshot, homing=homing, warnings=tuple(warnings))
 
 
 def summarise_hardware_trial(trial: HardwareTrial, strategy: Strategy[Any], shape: str) -> dict[str, Any]:

@@ -38,7 +38,8 @@ Watch = Callable[[Driver], None]
 class Robot(ABC):
     """The driver of a robot and what a person does with it.
 
-    A context manager: at its end, for whatever reason, the driver lets go and is closed.
+    A context manager: at its end the driver lets go, see `finish`, and is closed. After an error, Ctrl-C or a signal it
+    lets go as on a fault.
     """
 
     design: TrunkDesign
@@ -55,11 +56,15 @@ class Robot(ABC):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is None:
+                self.finish()
+        finally:
+            self.close()
 
     def close(self) -> None:
-        """Let go, and release what was opened; harmless when called again."""
+        """Let go as on a fault where torque is on, and release what was opened; harmless when called again."""
         self.driver.close()
 
     def run(self, duration: float) -> None:
@@ -200,8 +205,26 @@ class Robot(ABC):
             DriveError: where the driver is not armed.
         """
         self.driver.disarm()
-        while self.driver.snapshot().is_letting_go:
+        while self.driver.mode is Mode.ARMED or self.driver.snapshot().is_letting_go:
             self.run(RENEWAL)
+
+    def finish(self) -> Snapshot:
+        """Let go at the end of the work where the driver is armed, and return its state from before.
+
+        Nothing renews the targets any more: what takes long, such as writing files, comes after it.
+
+        Raises:
+            RunError: where a fault came while it let go.
+        """
+        before = self.driver.snapshot()
+        if before.mode is Mode.ARMED:
+            try:
+                self.let_go()
+            except DriveError:  # A fault came between, whose ramp is faster.
+                self.raise_fault()
+                raise
+            self.raise_fault()
+        return before
 
     def raise_fault(self) -> None:
         """Raise the first latched fault.

@@ -19,6 +19,7 @@ from spiraltrunk.errors import RunError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.hardware.driver.snapshot import Snapshot
+from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.log import LoggedPlant, LogMetadata, LogWriter, describe_task
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.twin.clock import STEP, TwinClock
@@ -42,7 +43,7 @@ class DriveTrial:
     trial: Trial
     """Log, ground truth and verdict, as of a trial on the ideal machine."""
     snapshot: Snapshot
-    """The driver at its end."""
+    """The driver at its end, before it let go."""
     homing: float
     """Simulated time that homing took [s]."""
     warnings: tuple[str, ...]
@@ -132,21 +133,24 @@ def run_on_twin(
             if watch is not None:
                 watch(seen, status)
 
-        run_log = run_logged(robot, robot.build_plant(), chosen, log, look, bus="virtual", seed=seed)
+        run_log, snapshot = run_logged(robot, robot.build_plant(), chosen, log, look, bus="virtual", seed=seed)
         assert robot.machine is not None
         factor = robot.machine.trace[-1].time / max(1e-9, time.perf_counter() - began)
         trial = Trial(
             strategy=chosen.name, seed=seed, options=scene, plant=robot.machine, log=run_log,
             verdict=JOBS[chosen.job](Evidence.from_run(robot.machine, run_log)), real_time_factor=factor,
         )  # fmt: skip
-        return DriveTrial(trial=trial, snapshot=robot.driver.snapshot(), homing=homing, warnings=tuple(warnings))
+        return DriveTrial(trial=trial, snapshot=snapshot, homing=homing, warnings=tuple(warnings))
 
 
 def run_logged(
     robot: Robot, plant: HardwarePlant, strategy: Strategy[Any], path: Path | None,
     watch: Callable[[Observation, Status], None], *, bus: str, seed: int | None = None,
-) -> RunLog:  # fmt: skip
-    """Run the strategy on an armed robot until it is done or a fault ends it.
+) -> tuple[RunLog, Snapshot]:  # fmt: skip
+    """Run the strategy on an armed robot until it is done or a fault ends it, and let go.
+
+    Returns what passed between robot and strategy, and the driver's state at the end of the run, before it let go. The
+    log is closed after that: it takes up to seconds, in which nothing renews the driver's targets.
 
     Args:
         robot: the robot.
@@ -159,9 +163,10 @@ def run_logged(
 
     Raises:
         OutputError: where the log exists.
+        RunError: where a fault ended it before its first step, or came while it let go.
     """
     if path is None:
-        return _run_to_fault(robot, plant, strategy, watch)
+        return _run_to_fault(robot, plant, strategy, watch), robot.finish()
     metadata = LogMetadata(
         design=format_design(robot.design), bus=bus, is_twin=bus == "virtual", seed=seed,
         versions=read_versions("mujoco", "mink", "numpy"), provenance=f"spiraltrunk drive run {strategy.name}",
@@ -176,9 +181,27 @@ def run_logged(
             watch(seen, status)
 
         run_log = _run_to_fault(robot, logged, strategy, look)
-        record(robot.driver)
+        snapshot = _finish(robot, record)
         logged.end(run_log)
-        return run_log
+        return run_log, snapshot
+
+
+def _finish(robot: Robot, record: Recorder) -> Snapshot:
+    """Let go as `Robot.finish` does, with it in the log."""
+    shown = robot.watch
+
+    def look(driver: Driver) -> None:
+        record(driver)
+        if shown is not None:
+            shown(driver)
+
+    record(robot.driver)
+    robot.watch = look
+    try:
+        return robot.finish()
+    finally:
+        robot.watch = shown
+        record(robot.driver)
 
 
 def _run_to_fault(

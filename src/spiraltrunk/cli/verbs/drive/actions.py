@@ -26,6 +26,7 @@ from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
 from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 
 if TYPE_CHECKING:
+    from spiraltrunk.hardware.driver.snapshot import Snapshot
     from spiraltrunk.workflows.drive.robot import Robot
 
 
@@ -106,13 +107,13 @@ def add_move(parser: Parser) -> None:
 def _status(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         robot.listen()
-        return answer(arguments, robot)
+        return answer(arguments, robot.driver.snapshot())
 
 
 def _home(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         robot.home()
-        return answer(arguments, robot)
+        return answer(arguments, robot.driver.snapshot())
 
 
 def _pull(arguments: argparse.Namespace) -> Answer:
@@ -125,8 +126,9 @@ def _pull(arguments: argparse.Namespace) -> Answer:
         robot.prepare()
         pulls = [1e-3 * pull for pull in arguments.pulls_mm]
         move(robot, pulls, settings)
-        warn_short(robot, pulls)
-        return answer(arguments, robot)
+        end = robot.finish()
+        warn_short(robot.compute_pulls(end), pulls)
+        return answer(arguments, end)
 
 
 def _jog(arguments: argparse.Namespace) -> Answer:
@@ -145,9 +147,10 @@ def _jog(arguments: argparse.Namespace) -> Answer:
         pulls = robot.read_pulls()
         pulls[arguments.cable - 1] += 1e-3 * arguments.way_mm
         move(robot, pulls, settings)
-        warn_short(robot, pulls)
-        _save(arguments, robot)
-        return answer(arguments, robot)
+        end = robot.finish()
+        warn_short(robot.compute_pulls(end), pulls)
+        _save(arguments, robot, end)
+        return answer(arguments, end)
 
 
 def _check_jog_given(arguments: argparse.Namespace) -> None:
@@ -169,15 +172,18 @@ def _jog_with_gamepad(arguments: argparse.Namespace, settings: MoveSettings) -> 
 
     with Gamepad(arguments.gamepad) as gamepad, open_robot(arguments, is_real_time=True) as robot:
         robot.prepare()
-        complain(jog_with_gamepad(robot, gamepad, tension=settings.tension, speed=settings.speed), DONE)
-        _save(arguments, robot)
-        return answer(arguments, robot)
+        why = jog_with_gamepad(robot, gamepad, tension=settings.tension, speed=settings.speed)
+        end = robot.driver.snapshot()
+        robot.driver.stop()  # As a stop button does, also where the gamepad is gone.
+        complain(why, DONE)
+        _save(arguments, robot, end)
+        return answer(arguments, end)
 
 
-def _save(arguments: argparse.Namespace, robot: Robot) -> None:
-    """Save where the cables are, where that is asked for."""
+def _save(arguments: argparse.Namespace, robot: Robot, end: Snapshot) -> None:
+    """Save where the cables were at the end, where that is asked for."""
     if arguments.save is not None:
-        save_pose(arguments, robot.design, robot.read_pulls(), arguments.save)
+        save_pose(arguments, robot.design, robot.compute_pulls(end), arguments.save)
 
 
 def _protocol(arguments: argparse.Namespace) -> Answer:
@@ -188,9 +194,9 @@ def _protocol(arguments: argparse.Namespace) -> Answer:
     protocol, design = load_protocol(arguments.protocol), load_design(arguments.design)
     settings = read_move(arguments, design)
     check_slack(arguments, design, protocol)
+    schedule = build_schedule(design, protocol, protocol.run(arguments.run_name))
     steps = []
     with open_robot(arguments) as robot:
-        schedule = build_schedule(robot.design, protocol, protocol.run(arguments.run_name))
         robot.prepare()
         for pull in schedule.pull.tolist():
             move(robot, pull, settings)
@@ -202,8 +208,9 @@ def _protocol(arguments: argparse.Namespace) -> Answer:
                     "tension_n": [cable.tension for cable in cables],
                 }
             )
+        end = robot.finish()
         warn_short_steps(steps)
-        return answer(arguments, robot, steps)
+        return answer(arguments, end, steps)
 
 
 def move(robot: Robot, pulls: list[float], settings: MoveSettings) -> None:
@@ -211,9 +218,8 @@ def move(robot: Robot, pulls: list[float], settings: MoveSettings) -> None:
     robot.pull_to(pulls, tension=settings.tension, speed=settings.speed, hold=settings.hold)
 
 
-def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, Any]] | None = None) -> Answer:
-    """The robot's state as an answer."""
-    snapshot = robot.driver.snapshot()
+def answer(arguments: argparse.Namespace, snapshot: Snapshot, steps: list[dict[str, Any]] | None = None) -> Answer:
+    """A state of the robot as an answer."""
     state = compute_state(snapshot) | {"bus": arguments.bus} | ({} if steps is None else {"steps": steps})
     if arguments.json:
         return DONE, format_json(state)

@@ -20,6 +20,6 @@ def add_clear(actions: Any, name: str) -> None:
 def _clear(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         robot.clear(arguments.person)
-        code, text = answer(arguments, robot)
+        code, text = answer(arguments, robot.driver.snapshot())
     told = "" if arguments.json else f"cleared by {arguments.person}: the watchdog lets torque through\n\n"
     return code, told + text

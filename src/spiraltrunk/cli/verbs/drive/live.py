@@ -13,7 +13,7 @@ from spiraltrunk.cli.verbs.drive.figures import format_figure
 if TYPE_CHECKING:
     from spiraltrunk.hardware.driver.snapshot import Snapshot
     from spiraltrunk.hardware.driver.threaded_driver import Driver
-    from spiraltrunk.workflows.drive.robot import Robot
+    from spiraltrunk.workflows.drive.robot import Robot, Watch
 
 _WIDE = 68
 """Width of a terminal from which on titles are written out [columns]."""
@@ -36,8 +36,8 @@ def show_robot(robot: Robot, stream: TextIO | None) -> Iterator[None]:
                 modes.append(driver.mode.value)
                 print_progress(driver.mode.value, stream)
 
-        robot.watch = tell
-        yield
+        with _watch(robot, tell):
+            yield
         return
     from rich.console import Console
     from rich.live import Live
@@ -52,8 +52,18 @@ def show_robot(robot: Robot, stream: TextIO | None) -> Iterator[None]:
                 shown[0] = time.monotonic()
                 live.update(draw_table(driver.snapshot(), console.width, began=began), refresh=True)
 
-        robot.watch = draw
+        with _watch(robot, draw):
+            yield
+
+
+@contextmanager
+def _watch(robot: Robot, watch: Watch) -> Iterator[None]:
+    """Call ``watch`` while the block runs, and not while the robot lets go after it."""
+    robot.watch = watch
+    try:
         yield
+    finally:
+        robot.watch = None
 
 
 def draw_table(snapshot: Snapshot, width: int = 80, *, began: float = 0.0) -> Any:

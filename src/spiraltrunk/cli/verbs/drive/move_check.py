@@ -14,7 +14,6 @@ from spiraltrunk.workflows.drive.move_defaults import SPEED, TENSION
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
     from spiraltrunk.mocap.protocol.protocol import Protocol
-    from spiraltrunk.workflows.drive.robot import Robot
 
 SPEED_LEAST, SPEED_MOST = 0.1, 300.0
 """Speeds of a move [mm/s] (ours): nobody waits for less, and no GM6020 on the design's drum follows more."""
@@ -140,9 +139,9 @@ _CAUSE = "the tension is at its limit, or friction holds it"
 """Why a cable ends away from its target."""
 
 
-def warn_short(robot: Robot, pulls: Sequence[float]) -> None:
+def warn_short(ended: Sequence[float], pulls: Sequence[float]) -> None:
     """Warn of each cable that ended away from its target [m], held by its largest tension or by friction."""
-    for number, (is_, wanted) in enumerate(zip(robot.read_pulls(), pulls, strict=True), start=1):
+    for number, (is_, wanted) in enumerate(zip(ended, pulls, strict=True), start=1):
         left = 1e3 * (wanted - is_)
         if not math.isnan(left) and abs(left) > SHORT:
             text = f"cable {number} ended at {1e3 * is_:.1f} mm, {abs(left):.1f} mm from its target"

@@ -49,8 +49,9 @@ def _pose(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         robot.prepare()
         move(robot, list(pose.pulls), settings)
-        warn_short(robot, list(pose.pulls))
-        return answer(arguments, robot)
+        end = robot.finish()
+        warn_short(robot.compute_pulls(end), list(pose.pulls))
+        return answer(arguments, end)
 
 
 def _ports(arguments: argparse.Namespace) -> Answer:

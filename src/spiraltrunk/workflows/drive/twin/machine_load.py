@@ -38,11 +38,16 @@ class MachineLoad(CableLoad):
         self.machine = machine
         self._most = np.full(machine.design.n_cable, STRONGEST * machine.design.cable.tension_max)
         self._steps = 0
+        self._is_recording = True
 
     def begin(self) -> None:
         """Let the scene's time and trace begin anew here, as after homing."""
         self.machine.restart_trace()
-        self._steps = 0
+        self._steps, self._is_recording = 0, True
+
+    def end(self) -> None:
+        """Record no more: the run is over, and what follows is not judged."""
+        self._is_recording = False
 
     def advance(self, wound: Sequence[float], stiffness: Sequence[float], dt: float) -> tuple[float, ...]:
         """Advance by ``dt`` [s], a whole number of the simulation's time steps; tensions at its end [N].
@@ -61,5 +66,5 @@ class MachineLoad(CableLoad):
         self._steps += 1
         if self._steps % round(EXTREMES_PERIOD / STEP) == 0:
             self.machine.update_extremes()
-        if self._steps % round(CONTROL_PERIOD / STEP) == 0:
+        if self._is_recording and self._steps % round(CONTROL_PERIOD / STEP) == 0:
             self.machine.record()

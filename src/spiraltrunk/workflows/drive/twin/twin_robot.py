@@ -19,6 +19,7 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.arm.trunk_load import trunk_load
 from spiraltrunk.hardware.clock import SystemClock
 from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
@@ -204,6 +205,13 @@ class TwinRobot(Robot):
         assert self.machine is not None
         with self._lock:
             return self.machine.read_camera()
+
+    def finish(self) -> Snapshot:
+        """See `Robot.finish`; the ground truth of a scene ends before it lets go."""
+        if isinstance(self._load, MachineLoad):
+            with self._lock:
+                self._load.end()
+        return super().finish()
 
     def close(self) -> None:
         """See `Robot.close`; the twin's thread ends after the driver's.
