@@ -17,6 +17,7 @@ from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension, finger_bend, finger_points
+from spiraltrunk.strategies.fingertip.gripped_object import is_wide, upper_width
 from spiraltrunk.strategies.fingertip.plan import (
     SAFETY,
     SEEN_ERROR,
@@ -24,13 +25,11 @@ from spiraltrunk.strategies.fingertip.plan import (
     closing,
     find_seen_task,
     gripping_base,
-    is_wide,
     opening,
     set_aside,
     side_share,
     tip_height,
     turned_across,
-    upper_width,
 )
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
 

@@ -14,7 +14,8 @@ from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.strategies.fingertip.assess import SLAB
-from spiraltrunk.strategies.fingertip.plan import as_gripped, is_slab, opposed_axis, set_aside, turned_across
+from spiraltrunk.strategies.fingertip.gripped_object import as_gripped, is_slab, opposed_axis
+from spiraltrunk.strategies.fingertip.plan import set_aside, turned_across
 from spiraltrunk.workflows.grasp.trial import run_trial
 
 UP = np.array([0.0, 0.0, 1.0])

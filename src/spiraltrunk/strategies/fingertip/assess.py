@@ -15,7 +15,8 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension
 from spiraltrunk.strategies.fingertip.flip_grip import TURN, FlipGrip, find_flip
-from spiraltrunk.strategies.fingertip.plan import as_gripped, is_slab, tip_height
+from spiraltrunk.strategies.fingertip.gripped_object import as_gripped, is_slab
+from spiraltrunk.strategies.fingertip.plan import tip_height
 from spiraltrunk.strategies.fingertip.tip_grip import Pinch
 from spiraltrunk.strategies.object_measures import cone_slope, height_of, is_upright, topple_force, widths_between
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
@@ -44,8 +45,8 @@ touch at the upper edge. Of 12 boxes of 32 x 60 x 120 mm and 60 g, fingers that 
 UNSTEADY, STEADY, AT_UNSTEADY = 0.018, 0.054, 0.35
 """Pushes at its top by which such an object topples: up to the first one it is least surely set down, from the second
 most [N]; and the factor at the first [-] (ours). One finger presses against two, and moves the top as they open. Of
-objects up to 29 mm that topple at less than 0.042 N fingers that open 40 mm held 39 of 43 and set down 16, of steadier
-ones they set down 31 of 33."""
+objects up to 29 mm that topple at less than 0.042 N fingers that open 40 mm held 40 of 44 and set down 16, of steadier
+ones they set down 32 of 32."""
 AMPLE_OPENING = 0.05
 """Part of the opening that is left up to that with an ample margin [-]: the catalogue's cones of 35 mm have it."""
 ROUND_TOP, ROUND = 0.9, 0.7

@@ -16,15 +16,14 @@ import numpy as np
 from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.strategies.fingertip.gripped_object import gripper_of, opposed_axis
 from spiraltrunk.strategies.fingertip.moves import HOVER, Curl, again, carry, grip, hover, put, reach
 from spiraltrunk.strategies.fingertip.plan import (
     CLEARANCE,
     closing,
     find_seen_task,
-    gripper_of,
     gripping_base,
     opening,
-    opposed_axis,
     set_aside,
     turned_across,
 )

@@ -11,7 +11,8 @@ import numpy as np
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.control.strategy import Milestone
-from spiraltrunk.strategies.fingertip.plan import gripper_of, gripping_base, object_height, opening
+from spiraltrunk.strategies.fingertip.gripped_object import gripper_of, object_height
+from spiraltrunk.strategies.fingertip.plan import gripping_base, opening
 from spiraltrunk.strategies.moves import Move
 from spiraltrunk.strategies.timing import PEAK_SPEED, still_time, travel_time
 

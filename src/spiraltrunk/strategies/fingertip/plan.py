@@ -12,10 +12,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.control.messages import Target, Task
-from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension, opening_tension
+from spiraltrunk.strategies.fingertip.gripped_object import (
+    as_gripped,
+    find_widths,
+    gripper_of,
+    ground_height,
+    is_slab,
+    is_wide,
+    is_wide_cylinder,
+    object_height,
+    passed_width,
+    upper_width,
+)
 from spiraltrunk.strategies.object_measures import cone_slope
 
 # All of these are ours, tuned in simulated trials; lengths are over a finger's own.
@@ -38,11 +49,6 @@ SAFETY = 3.0
 PRESS_LEAST = 0.5
 """Least force of a fingertip over its largest [-]."""
 
-WIDE = 0.5
-"""Width over the largest that the fingers enclose from which a lying object is pinched as a wide one [-]: beside it,
-fingers that are not normal to its axis must open further than a body of revolution needs."""
-SOLIDS = ("sphere", "cylinder", "cone", "ring")
-"""Kinds of object whose widths follow from their measures, whatever their profile."""
 ROUND_REACH = 0.77
 """Largest depth of a wide lying cylinder's middle below the trunk's end [-]: nearer to their ends the fingers press on
 its upper half, off which they slip. In simulated trials 7 of 8 succeeded at 0.75, and none of 4 at 0.80."""
@@ -52,18 +58,6 @@ not its upper edges."""
 
 _N_HEIGHT = 39
 """Heights tried: a millimetre apart for the paper's fingers."""
-
-
-def gripper_of(task: Task) -> GripperDesign:
-    """The trunk's gripper.
-
-    Raises:
-        ModelError: where it has none.
-    """
-    gripper = task.design.gripper
-    if gripper is None:
-        raise ModelError("this trunk has no gripper; allowed: a design with a gripper")
-    return gripper
 
 
 def find_seen_task(task: Task, position: np.ndarray, axis: np.ndarray) -> Task:
@@ -90,54 +84,14 @@ def find_seen_task(task: Task, position: np.ndarray, axis: np.ndarray) -> Task:
     return replace(task, target=replace(target, position=position, axis=axis, profile=None, handle=handle))
 
 
-def as_gripped(task: Task) -> Task:
-    """The task with the object as the fingers meet it; the same where that is already so.
-
-    One with a handle is the upright cylinder round its body: fingers pass on both sides. One that stands, and is too
-    wide for fingers in any direction but across its shorter side, is a bar that lies along its longer side. The object
-    keeps its centre and its height; `set_aside` tells where the body is.
-    """
-    target = task.target
-    if target.handle is not None:
-        return replace(task, target=replace(target, kind="cylinder", width=target.handle.body_width, profile=None))
-    return replace(task, target=_as_bar(target)) if is_slab(task) else task
-
-
-def opposed_axis(task: Task, seen: np.ndarray) -> np.ndarray:
-    """Axis across which the fingers oppose each other, shape (3,) [-].
-
-    Args:
-        task: the task as announced.
-        seen: axis of the object as the camera sees it, shape (3,) [-]; that of what lies.
-    """
-    return as_gripped(task).target.axis if is_slab(task) else seen
-
-
-def is_slab(task: Task) -> bool:
-    """Whether the fingers pass an object that stands only across its shorter side, whose direction is announced."""
-    target, gripper = task.target, task.design.gripper
-    if gripper is None or target.side_yaw is None or target.profile is None or abs(float(target.axis[2])) < 0.5:
-        return False
-    return passed_width(task) > gripper.grasp_width >= passed_width(replace(task, target=_as_bar(target)))
-
-
-def _as_bar(target: Target) -> Target:
-    """The object as one that lies along its longer side, and is as high as it stands."""
-    assert target.side_yaw is not None
-    assert target.profile is not None
-    along = np.array([math.cos(target.side_yaw), math.sin(target.side_yaw), 0.0])
-    least = float(target.profile.width_least.max())
-    return replace(target, kind="box", axis=along, width=least, length=target.longer_side, side_yaw=None)
-
-
-def height_margin(height: float, is_slab: bool = False) -> float:
+def height_margin(height: float, is_flat: bool = False) -> float:
     """Largest excess of an object's ``height`` [m] over what is known of it when it is gripped [-].
 
-    Seen is the middle, and so twice its error the top: a tall object's height is seen better than it is announced. The
-    fingers open above a standing slab and reach little below its top, so that each millimetre counts: of 36 trials with
-    light ones 32 held with the error once, 18 with it twice.
+    Seen is the middle, and so twice its error the top: a tall object's height is seen better than it is announced.
+    Of one that is gripped across its shorter side, ``is_flat``, the fingers reach little more than the top, and each
+    millimetre counts: of 36 trials with light ones 32 held with the error counted once, 18 with it counted twice.
     """
-    return min(SIZE_ERROR, (1 if is_slab else 2) * SEEN_ERROR / height)
+    return min(SIZE_ERROR, (1 if is_flat else 2) * SEEN_ERROR / height)
 
 
 def _stretched(task: Task, rise: float) -> Task:
@@ -149,17 +103,6 @@ def _stretched(task: Task, rise: float) -> Task:
     length = target.length * (share if abs(float(target.axis[2])) > 0.5 else 1.0)
     position = target.position + np.array([0.0, 0.0, rise])
     return replace(task, target=replace(target, position=position, length=length, profile=profile))
-
-
-def ground_height(task: Task) -> float:
-    """Height of what the object rests on [m]; half its width below it where the task has no ground."""
-    target, goal = task.target, task.goal
-    return float(target.position[2]) - target.width / 2 if goal.ground is None else goal.ground
-
-
-def object_height(task: Task) -> float:
-    """Height of the object's top above what it rests on [m]."""
-    return 2 * (float(task.target.position[2]) - ground_height(task))
 
 
 def tip_height(task: Task) -> float:
@@ -194,48 +137,6 @@ def opening(task: Task) -> float:
     gripper, above, taller = gripper_of(task), tip_height(task) - ground_height(task), _find_taller(task)
     tension = _opening_tension(as_gripped(task), above, taller)
     return -(gripper.tension_max if tension is None else tension) / gripper.tension_max
-
-
-def is_wide(task: Task) -> bool:
-    """Whether the object lies and is so wide that the fingers' directions count."""
-    target = task.target
-    is_lying = math.hypot(target.axis[0], target.axis[1]) >= 0.5
-    is_prism = target.kind != "sphere"
-    return is_lying and is_prism and upper_width(task) > WIDE * gripper_of(task).grasp_width
-
-
-def is_wide_cylinder(task: Task) -> bool:
-    """Whether the object is a wide cylinder that lies: fingers pass its round top nearer than that of a box."""
-    return task.target.kind == "cylinder" and is_wide(task)
-
-
-def upper_width(task: Task) -> float:
-    """Width of the object where the fingers pass it [m]: of what has a profile of its own, that of its upper part."""
-    target, gripper = task.target, gripper_of(task)
-    stands = target.kind == "box" and abs(float(target.axis[2])) > 0.5
-    is_known = stands or target.kind in SOLIDS or target.width <= WIDE * gripper.grasp_width
-    if target.profile is None or is_known:
-        return target.width
-    height, widths = _find_widths(target)
-    return float(widths[height >= height[-1] - gripper.finger_length].max())
-
-
-def passed_width(task: Task) -> float:
-    """Largest width that the fingers pass on their way down [m]: a standing cone's foot may lie below their ends."""
-    target, width = task.target, upper_width(task)
-    if target.kind != "cone" or abs(float(target.axis[2])) < 0.5:
-        return width
-    return width * min(1.0, gripper_of(task).finger_length / object_height(task))
-
-
-def _find_widths(target: Target) -> tuple[np.ndarray, np.ndarray]:
-    """Heights of a profile and the widths that fingers pass: the least ones across an axis that is seen, else the most.
-
-    A camera does not measure the yaw of what stands.
-    """
-    assert target.profile is not None
-    is_lying = math.hypot(target.axis[0], target.axis[1]) >= 0.5
-    return target.profile.height, target.profile.width_least if is_lying else target.profile.width_most
 
 
 def side_share(n_finger: int) -> float:
@@ -277,7 +178,7 @@ def _opening_tension(task: Task, above: float, taller: float) -> float | None:
 
     def section(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
         """Half the largest width of a profile between ``skin`` above and below a depth, 0 over its top [m]."""
-        height, widths = _find_widths(target)
+        height, widths = find_widths(target)
         lowest, middle, highest = ((above - depth + step * skin) / taller for step in (-1.0, 0.0, 1.0))
         most = np.max([np.interp(z, height, widths) for z in (lowest, middle, highest)], axis=0)
         return np.where(lowest < height[-1], larger * most / 2, 0.0)
