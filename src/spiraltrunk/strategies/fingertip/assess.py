@@ -39,9 +39,10 @@ lifted balls and standing cylinders of 36 mm in 12 of 15, of 38 mm in 7 of 15, a
 SPARE = 0.005
 """Room that the opening leaves beside an object at least [m] (ours): of 10 drawn things of 32 to 35 mm fingers that
 open 40 mm lifted and set down 8, of 7 things of 35.2 to 36.3 mm none."""
-SLAB = 0.73
-"""Largest shorter side of what stands on unequal sides, over the fingers' opening [-] (ours): wider ones the fingertips
-touch at the upper edge. Of 12 boxes of 32 x 60 x 120 mm and 60 g, fingers that open 40 mm held 7."""
+SLAB, FLIP_SLAB = 0.8, 0.73
+"""Largest shorter side of what stands on unequal sides, over the fingers' opening, and that of what is flipped [-]
+(ours): wider ones the fingertips touch at the upper edge. Of 9 drawn things of 29 to 32 mm fingers that open 40 mm
+lifted and set down 8 and flipped one of 8; of 24 boxes of 51.5 to 56 mm fingers that open 70 mm set down 18."""
 UNSTEADY, STEADY, AT_UNSTEADY = 0.018, 0.054, 0.35
 """Pushes at its top by which such an object topples: up to the first one it is least surely set down, from the second
 most [N]; and the factor at the first [-] (ours). One finger presses against two, and moves the top as they open. Of
@@ -66,7 +67,9 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
         return refuse("the object hangs; the fingers take what rests on the ground")
     least, most = _gripped_widths(gripper, target)
     weight, hold = target.mass * GRAVITY, _holding_force(gripper, target)
-    refusal = _refuse_width(gripper, least, stands_across) or _refuse_weight(target, weight, hold)
+    slab = FLIP_SLAB if isinstance(strategy, FlipGrip) else SLAB
+    widest = slab * gripper.grasp_width if stands_across else held_width(gripper)
+    refusal = _refuse_width(gripper, least, widest, stands_across) or _refuse_weight(target, weight, hold)
     if refusal is not None:
         return refusal
     try:
@@ -77,7 +80,7 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
         return refuse(str(error))
     open_ = gripper.grasp_width
     factors = {
-        "opening": margin_factor((held_width(gripper) - least) / open_, AMPLE_OPENING),
+        "opening": margin_factor((widest - least) / open_, AMPLE_OPENING),
         "friction": margin_factor(1 - weight / hold, AMPLE_GRIP),
         "shape": 1.0 if isinstance(strategy, Pinch) == (most > ELONGATED * least) else OTHER_SHAPE,
         "flip": FLIP if isinstance(strategy, FlipGrip) else 1.0,
@@ -87,21 +90,21 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     return accept(RATE, factors, f"{across} and hold {hold:.2g} N by friction, it weighs {weight:.2g} N")
 
 
-def _refuse_width(gripper: GripperDesign, width: float, stands_across: bool) -> Assessment | None:
+def _refuse_width(gripper: GripperDesign, width: float, widest: float, stands_across: bool) -> Assessment | None:
     """Refusal of an object whose gripped width [m] the fingers do not open round, or do not hold; None for others.
 
-    ``stands_across`` says that it stands, and the width is that of its shorter side.
+    They hold up to ``widest`` [m]. ``stands_across`` says that the object stands, and the width is that of its shorter
+    side.
     """
-    open_, held = gripper.grasp_width, held_width(gripper)
-    if stands_across and width > SLAB * open_:
-        by, limit = max(1.0, 1e3 * (width - SLAB * open_)), f"they hold {1e3 * SLAB * open_:.0f} mm of what stands so"
+    open_, by = gripper.grasp_width, max(1.0, 1e3 * (width - widest))
+    if stands_across and width > widest:
+        limit = f"they hold {1e3 * widest:.0f} mm of what stands so"
         return refuse(f"too wide for the fingers by {by:.0f} mm: its shorter side is {1e3 * width:.0f} mm, {limit}")
     if width > open_:
-        by, widest = 1e3 * (width - open_), 1e3 * open_
-        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * width:.0f} mm, they open {widest:.0f} mm")
-    if width > held:
-        by = max(1.0, 1e3 * (width - held))
-        limit = f"they open {1e3 * open_:.0f} mm and hold what is up to {1e3 * held:.0f} mm wide"
+        by = 1e3 * (width - open_)
+        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * width:.0f} mm, they open {1e3 * open_:.0f} mm")
+    if width > widest:
+        limit = f"they open {1e3 * open_:.0f} mm and hold what is up to {1e3 * widest:.0f} mm wide"
         return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * width:.0f} mm, {limit}")
     return None
 

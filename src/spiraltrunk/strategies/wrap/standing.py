@@ -40,6 +40,8 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Command, Observation
+from spiraltrunk.design.rules import graspable_range
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     PHASES,
@@ -82,6 +84,7 @@ from spiraltrunk.strategies.wrap.set_down import (
     rest_until_still,
     set_down_clear,
 )
+from spiraltrunk.strategies.wrap.standing_model import least_width
 from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, SLOWLY, WrapPlane
 from spiraltrunk.strategies.wrap.unsteady import is_unsteady, stop_before
 from spiraltrunk.strategies.wrap.upright import carry_upright
@@ -157,6 +160,10 @@ class StandingWrap(MoveStrategy[StandingState]):
     objects = ("cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
     position = (0.46, 0.12)
     plane: WrapPlane
+
+    def widths(self, design: TrunkDesign) -> tuple[float, float]:
+        """Least and greatest width of its objects [m]: what the trunk can wrap, and thinner ones that are tall."""
+        return least_width(design), graspable_range(design).maximum
 
     def base_path(self, observation: Observation) -> tuple[np.ndarray, ...]:
         """Frames of the base at the ends of all moves of the first attempt."""

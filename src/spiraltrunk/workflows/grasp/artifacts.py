@@ -21,6 +21,7 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import PHASES
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.last_try import is_refused, list_attempts, list_candidates
+from spiraltrunk.workflows.grasp.choice.other_grounds import rank_over_grounds
 from spiraltrunk.workflows.grasp.pictures import write_failure, write_film, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
@@ -120,12 +121,13 @@ def _describe_world(options: SceneOptions) -> dict[str, Any]:
 
 
 def _compute_choice(candidates: tuple[Candidate, ...], trial: Trial) -> dict[str, Any]:
-    """What a run that chose its strategy ranked and tried."""
+    """What a run that chose its strategy ranked, over all grounds, and tried."""
     tries = (
         {"strategy": each.strategy, "start_s": each.began, "outcome": each.outcome or trial.verdict.reason}
         for each in list_attempts(trial.log)
     )
-    return {"candidates": [asdict(each) for each in candidates], "attempts": list(tries)}
+    ranked = rank_over_grounds(trial.plant.task.design, trial.options, candidates)
+    return {"candidates": [asdict(each) for each in ranked], "attempts": list(tries)}
 
 
 def _compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:

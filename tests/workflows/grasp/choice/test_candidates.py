@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
@@ -12,8 +13,10 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.workflows.grasp.choice.candidates import follow_frames, list_strategies, rank
-from spiraltrunk.workflows.grasp.choice.ranking import find_able, rank_object
+from spiraltrunk.workflows.grasp.choice.other_grounds import rank_over_grounds
+from spiraltrunk.workflows.grasp.choice.ranking import announce_task, find_able, rank_object
 
 ON_GROUND = {"pinch", "tip-grip", "flip-grip", "wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}
 
@@ -148,7 +151,7 @@ def test_a_low_object_is_refused_by_its_height():
         if each.strategy == "wrap-horizontal"
     )  # fmt: skip
     assert not low.feasible
-    assert low.reason == "too short by 34 mm: 40 mm, it wraps 74 mm of height or more"
+    assert low.reason == "too short by 29 mm: 40 mm, it wraps 69 mm of height or more"
 
 
 def test_what_can_take_an_object_is_named_best_first():
@@ -178,3 +181,43 @@ def test_where_fingers_alone_fit_the_ground_is_low_enough_for_them():
     found = rank_object(design, parse_object("cylinder:diameter_mm=30,height_mm=150,mass_g=60"))
     assert found[0].feasible
     assert found[0].strategy in {"tip-grip", "pinch"}
+
+
+def test_what_is_reached_over_another_ground_only_is_told_and_comes_later():
+    """A slender barrel is for the fingers over a low ground; the wraps reach it over the usual one."""
+    found = rank_object(PAPER, parse_object("everyday:seed=12070"))
+    assert [each.feasible for each in found] == 6 * [True]
+    assert {each.strategy for each in found[:3]} == {"tip-grip", "pinch", "flip-grip"}
+    assert all(each.reason.endswith("; over a ground of 0.6 m") for each in found[3:])
+    assert not any("over a ground" in each.reason for each in found[:3])
+
+
+def test_a_scene_with_a_ground_of_its_own_keeps_its_candidates(reach):
+    seen = _observe("cylinder:diameter_mm=34,height_mm=140,mass_g=150", ground=0.4)
+    refused = tuple(rank(seen, reach))
+    options = SceneOptions(
+        shape=parse_object("cylinder:diameter_mm=34,height_mm=140,mass_g=150"), support="ground",
+        orientation="upright", position=(0.46, 0.12, 0.0), ground=0.4,
+    )  # fmt: skip
+    assert any("beyond the arm's reach" in each.reason for each in refused)
+    assert rank_over_grounds(PAPER, options, refused) == refused
+
+
+@pytest.mark.parametrize(("height", "fits"), [(100, True), (80, False)])
+def test_what_is_thinner_than_the_loop_is_wrapped_where_it_is_tall(height, fits):
+    task = announce_task(
+        PAPER, parse_object(f"cylinder:diameter_mm=30,height_mm={height},mass_g=90"), strategies.get("wrap-oblique")
+    )
+    found = assess(strategies.get("wrap-oblique"), task)
+    assert found.feasible == fits
+    assert fits or "too thin for the trunk by 3 mm: 30 mm, it wraps 33 mm or more" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("side", "able"), [(28, {"tip-grip", "pinch", "flip-grip"}), (31, {"tip-grip", "pinch"}), (33, set())]
+)
+def test_fingers_take_slabs_up_to_a_side_and_flip_thinner_ones(side, able):
+    shape = parse_object(f"box:x_mm=70,y_mm={side},z_mm=90,mass_g=120")
+    task = announce_task(PAPER, shape, strategies.get("tip-grip"))
+    fingers = ("tip-grip", "pinch", "flip-grip")
+    assert {each for each in fingers if assess(strategies.get(each), task).feasible} == able

@@ -19,6 +19,7 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.choice.auto import Auto
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.place import choose_place, place_for_wrap, place_hung
 
 GROUNDS = (0.60, 0.45, 0.30)
@@ -49,20 +50,41 @@ def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
         ModelError: where the arm reaches high enough over no ground, or the strategy cannot plan for the object.
     """
     check_type("design", design, TrunkDesign)
-    if options.support == "hung":
-        return place_hung(design, options, ArmReach(design))
     if not isinstance(strategy, Auto):
-        return choose_ground(design, options, strategy)
+        hangs = options.support == "hung"
+        return place_hung(design, options, ArmReach(design)) if hangs else choose_ground(design, options, strategy)
+    scenes = list_scenes(design, options, strategy)
+    if len(scenes) == 1:
+        return scenes[0]
+    return max(scenes, key=lambda scene: compare_grounds(rank_scene(design, scene, strategy)))
+
+
+def list_scenes(design: TrunkDesign, options: SceneOptions, auto: Auto) -> tuple[SceneOptions, ...]:
+    """Scenes among which a choice takes the one with the best candidate, the usual ground first.
+
+    There is one where all candidates reach over the usual ground, and where the ground is not to be chosen.
+    """
+    if options.support == "hung":
+        return (place_hung(design, options, ArmReach(design)),)
     if not _is_usual(options):
-        return options
-    options = place_for_wrap(design, options, strategy)
+        return (options,)
+    options = place_for_wrap(design, options, auto)
     try:
-        if choose_ground(design, options, strategy) is options:
-            return options  # All candidates reach over the usual ground.
+        if choose_ground(design, options, auto) is options:
+            return (options,)
     except ModelError:
         pass  # Over no ground does the arm reach high enough for all candidates; the ranking finds for which it does.
-    scenes = (_with_ground(options, ground) for ground in list_grounds(design, ArmReach(design)))
-    return max(scenes, key=lambda scene: _best_score(design, scene, strategy))
+    return tuple(_with_ground(options, ground) for ground in list_grounds(design, ArmReach(design)))
+
+
+def rank_scene(design: TrunkDesign, options: SceneOptions, auto: Auto) -> tuple[Candidate, ...]:
+    """The candidates of a choice in a scene, before anything moves."""
+    return auto.init(SimPlant(design, options).reset()).candidates
+
+
+def compare_grounds(candidates: tuple[Candidate, ...]) -> tuple[float, int]:
+    """What makes a ground better than another: the highest score [-], and the number of feasible candidates [-]."""
+    return max((each.score for each in candidates), default=0.0), sum(each.feasible for each in candidates)
 
 
 def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
@@ -121,9 +143,3 @@ def _find_reach(arm: ArmReach, place: np.ndarray, height: float) -> float:
 
 def _with_ground(options: SceneOptions, ground: float) -> SceneOptions:
     return options if ground == options.ground else replace(options, ground=ground)
-
-
-def _best_score(design: TrunkDesign, options: SceneOptions, auto: Auto) -> tuple[float, int]:
-    """Highest score of the candidates in a scene, and the number of feasible ones [-]."""
-    candidates = auto.init(SimPlant(design, options).reset()).candidates
-    return max((each.score for each in candidates), default=0.0), sum(each.feasible for each in candidates)

@@ -12,25 +12,28 @@ from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
-from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
 from spiraltrunk.workflows.grasp.choice.candidates import STAGES, Candidate
-from spiraltrunk.workflows.grasp.choice.ground import set_ground
+from spiraltrunk.workflows.grasp.choice.ground import compare_grounds, list_scenes, rank_scene
+from spiraltrunk.workflows.grasp.choice.other_grounds import join_grounds
 from spiraltrunk.workflows.grasp.world import AS_ANNOUNCED, draw_scene
 
 
 def rank_object(design: TrunkDesign, shape: ObjectSpec, stage: str = "ground") -> tuple[Candidate, ...]:
     """Candidates for an object on a stage: the feasible ones by score, then the others.
 
-    Object and trunk are as announced.
+    Object and trunk are as announced. A strategy that reaches the object over another ground only comes after those
+    that reach it over the ground of the best (`join_grounds`).
 
     Raises:
         UnknownName: for a stage that does not exist.
     """
     auto = Auto(design, stage, find_orientation(shape))
-    scene = set_ground(design, draw_scene(shape, 0, strategy=auto, spread=AS_ANNOUNCED), auto)
-    return auto.init(SimPlant(design, scene).reset()).candidates
+    scenes = list_scenes(design, draw_scene(shape, 0, strategy=auto, spread=AS_ANNOUNCED), auto)
+    ranked = {scene.ground: rank_scene(design, scene, auto) for scene in scenes}
+    best = max(ranked, key=lambda ground: compare_grounds(ranked[ground]))
+    return join_grounds(ranked.pop(best), ranked)
 
 
 def announce_task(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> Task:
