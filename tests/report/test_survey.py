@@ -42,6 +42,17 @@ def test_dots_and_lines_are_rates_and_intervals(tmp_path: Path) -> None:
         assert picture.width > 800
 
 
+def test_a_name_as_long_as_a_path_leaves_room_for_the_rates() -> None:
+    name = f"policy:/{40 * 'folder/'}kick.safetensors"
+    figure = build_rates_figure({name: {"trials": 4, "successes": 2, "low": 0.1, "high": 0.9}})
+    (axes,) = figure.axes
+    figure.draw_without_rendering()
+    assert axes.get_position().width > 0.4
+    (label,) = axes.get_yticklabels()
+    assert label.get_text().startswith("policy:/")
+    assert label.get_text().endswith("kick.safetensors")
+
+
 def test_cells_of_causes_are_numbers_of_failures() -> None:
     by_strategy = {
         "kick": {"trials": 9, "causes": {"missed": 2, "toppled": 1}},

@@ -40,7 +40,8 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 
 
 def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
-    """Warn where the models rank the strategy as infeasible for the object as it rests."""
+    """Warn where the models rank the strategy as infeasible for the object as it rests, or as the strategy lays it."""
+    from spiraltrunk.sim.objects.presentation import natural_orientation
     from spiraltrunk.strategies.assessment import assess
     from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
     from spiraltrunk.workflows.grasp.choice.ranking import announce_task
@@ -48,7 +49,8 @@ def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectS
     if strategy.job != "grasp" or strategy.number == 0:
         return  # A choice and a learned policy have no model of their own.
     resting = Auto(design, strategy.support, find_orientation(shape), ranking=lambda observation, tried: ())
-    found = assess(strategy, announce_task(design, shape, resting))
+    is_laid = strategy.orientation == "lying" and natural_orientation(shape) == "upright" and not shape.pose
+    found = assess(strategy, announce_task(design, shape, strategy if is_laid else resting))
     if not found.feasible:
         complain(f"{strategy.name} is expected to fail: {found.reason}; it is tried all the same", DONE)
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 _BINS = 4
 """Approximate number of bins in each direction; their edges are round numbers."""
+_LONGEST, _START = 34, 8
+"""Characters of a name that figures show at most, and of its start where its middle is left out: a policy's name is a
+path."""
 
 
 @final
@@ -66,7 +69,7 @@ def build_heatmap_figure(sheet: Sequence[Outcomes]) -> Figure:
 
 def _add_map(axes: Axes, outcomes: Outcomes) -> None:
     total = f"{sum(outcomes.success)} of {len(outcomes.success)}"
-    axes.set_title(f"{outcomes.name}: {total}", fontsize=NORMAL, color=INK, parse_math=False)
+    axes.set_title(f"{_shorten(outcomes.name)}: {total}", fontsize=NORMAL, color=INK, parse_math=False)
     axes.set_xlabel("Width [mm]", fontsize=SMALL, color=INK)
     axes.set_ylabel("Mass [g]", fontsize=SMALL, color=INK)
     axes.tick_params(labelsize=SMALL, colors=INK)
@@ -99,6 +102,11 @@ def _round_edges(values: np.ndarray) -> np.ndarray:
     return edges
 
 
+def _shorten(name: str) -> str:
+    """A name as figures show it: of a long one its start and its end."""
+    return name if len(name) <= _LONGEST else f"{name[:_START]}\N{HORIZONTAL ELLIPSIS}{name[_START + 1 - _LONGEST :]}"
+
+
 def build_rates_figure(rates: Mapping[str, Mapping[str, float]]) -> Figure:
     """A dot for each rate and a line for its interval [%], the first on top; without trials only the line.
 
@@ -117,7 +125,7 @@ def build_rates_figure(rates: Mapping[str, Mapping[str, float]]) -> Figure:
             fontsize=SMALL, color=INK, annotation_clip=False,
         )  # fmt: skip
     style_axes(axes, xlabel="Rate of success [%]")
-    axes.set_yticks(range(len(rates)), list(rates), fontsize=NORMAL, color=INK)
+    axes.set_yticks(range(len(rates)), [_shorten(name) for name in rates], fontsize=NORMAL, color=INK, parse_math=False)
     axes.set(ylim=(len(rates) - 0.5, -0.5), xlim=(-1.5, 101.5))
     return figure
 
@@ -146,7 +154,7 @@ def _add_cause_table(axes: Axes, group: Mapping[str, Mapping[str, Any]], causes:
     axes.pcolormesh(count, cmap="Oranges", vmin=0, vmax=1.4 * most, edgecolors="white", linewidth=1.0)
     for i, j in np.argwhere(count):
         axes.text(j + 0.5, i + 0.5, str(count[i, j]), ha="center", va="center", fontsize=SMALL, color=INK)
-    names = [f"{name} ({own['trials']})" for name, own in group.items()]
+    names = [f"{_shorten(name)} ({own['trials']})" for name, own in group.items()]
     axes.set_yticks(np.arange(len(names)) + 0.5, names, fontsize=SMALL, color=INK, parse_math=False)
     axes.set_xticks(np.arange(len(causes)) + 0.5, causes, fontsize=SMALL, color=INK, rotation=30, ha="right")
     axes.set(xlim=(0, len(causes)), ylim=(max(1, len(group)), 0))

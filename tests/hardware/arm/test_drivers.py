@@ -67,7 +67,7 @@ def test_an_arm_that_is_not_ready_is_not_opened(name, mode, monkeypatch):
 def test_a_reflex_is_told_and_nothing_is_sent_after_it(name, monkeypatch):
     joints = Joints()
     bench = make_bench(name, monkeypatch, joints)
-    bench.step(np.full(7, 0.02), 5)
+    bench.step(np.full(7, 0.02), 10)
     joints.mode, joints.errors = 4, {"joint_reflex"}
     sent = bench.sent()
     assert bench.arm.read().error == "the arm reports reflex, joint_reflex"
@@ -131,7 +131,7 @@ def test_the_end_effector_set_in_desk_counts_towards_the_payload(name, monkeypat
 def test_the_connection_is_released(name, monkeypatch):
     joints = Joints()
     bench = make_bench(name, monkeypatch, joints)
-    bench.step(np.full(7, 0.02), 3)
+    bench.step(np.full(7, 0.02), 10)
     assert joints.open_connections == 1
     bench.arm.close()
     assert joints.open_connections == 0
@@ -145,7 +145,7 @@ def test_the_arms_own_range_counts(monkeypatch):
 
 def test_holding_again_commands_nothing(name, monkeypatch):
     bench = make_bench(name, monkeypatch)
-    bench.step(np.full(7, 0.02), 3)
+    bench.step(np.full(7, 0.02), 10)
     bench.arm.hold()
     before = bench.sent()
     for _ in range(5):
@@ -159,7 +159,7 @@ def moving(request, monkeypatch):
     """A bench whose joints have just got a target that they have not reached, after they were held once before."""
     joints = Joints()
     bench = make_bench(request.param, monkeypatch, joints)
-    bench.step(np.full(7, 0.02), 3)
+    bench.step(np.full(7, 0.02), 10)
     bench.arm.hold()
     bench.advance(0.02)
     bench.arm.send(bench.arm.read().position + 0.02)
@@ -181,13 +181,15 @@ def test_close_stops_the_motion(moving):
 
 def test_targets_do_not_run_away_from_an_arm_that_is_blocked(moving):
     bench, joints = moving
-    here, step = joints.q.copy(), np.zeros(7)
     bench.arm.hold()
-    step[0] = 0.9 * SETTINGS.period * SPEED[0]
+    here = joints.q.copy()
+    lead = np.zeros(7)
+    step = 0.061 * SETTINGS.period * SPEED[0]
     sent = bench.sent()
     with pytest.raises(DriveError, match=r"joint 1 is .* blocks the arm"):  # noqa: PT012 (which step, is the matter)
-        for k in range(1, 20):
+        for _ in range(200):
             joints.time += SETTINGS.period
             bench.clock.time += SETTINGS.period
-            bench.arm.send(here + k * step)
-    assert bench.sent() - sent == int(SETTINGS.lead_time * SPEED[0] / step[0])
+            lead[0] += step
+            bench.arm.send(here + lead)
+    assert bench.sent() - sent == int(SETTINGS.lead_time * SPEED[0] / step)

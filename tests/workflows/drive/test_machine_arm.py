@@ -16,7 +16,7 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.twin.machine_arm import MachineArm
 
 STEP = 1e-3
-SPEED = np.radians([20.0, -10.0, 10.0, 5.0, -20.0, 10.0, 30.0])
+SPEED = np.radians([10.0, -5.0, 5.0, 2.5, -10.0, 5.0, 15.0])
 """Speed of each joint [rad/s]."""
 
 

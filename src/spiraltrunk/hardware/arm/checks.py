@@ -184,6 +184,33 @@ def check_pace(settings: ArmSettings, travel_time: float, time_left: float) -> N
         )
 
 
+def check_acceleration(settings: ArmSettings, before: np.ndarray, after: np.ndarray, time: float) -> None:
+    """Refuse a target that changes the speed of the targets faster than the joints accelerate.
+
+    Where no acceleration is published, every change passes.
+
+    Args:
+        settings: what is allowed.
+        before: speed from the target before the last one to the last, shape (n_arm,) [rad/s].
+        after: speed from the last target to this one, same shape [rad/s].
+        time: time since the last target, at least a period [s].
+
+    Raises:
+        DriveError: with joint, acceleration and what is allowed.
+    """
+    most = settings.limits.acceleration
+    if most is None:
+        return
+    found = np.abs(after - before) / time
+    is_fit = found <= most
+    if not is_fit.all():
+        i = int(np.argmin(is_fit))
+        raise DriveError(
+            f"arm target of joint {i + 1} asks for {found[i]:.3g} rad/s^2; allowed: {most[i]:.3g} rad/s^2: "
+            "targets whose speed changes more slowly"
+        )
+
+
 def check_lead(settings: ArmSettings, target: np.ndarray, measured: np.ndarray) -> None:
     """Refuse a target that is further from the measured position than the arm lags behind while it moves.
 

@@ -19,6 +19,7 @@ from spiraltrunk.hardware.arm.checks import (
     STILL,
     ArmSettings,
     CollisionThresholds,
+    check_acceleration,
     check_lead,
     check_pace,
     compute_travel_time,
@@ -40,7 +41,9 @@ class GuardedArm(ArmPort):
         self._device_time: float | None = None
         self._error: str | None = None
         self._target: np.ndarray | None = None
-        self._due = -np.inf
+        self._speed: np.ndarray | None = None
+        """Speed from one target to the next; None before the second of a sequence."""
+        self._sent = self._due = -np.inf
         self._is_held = False
         self._is_gone = False
         self._is_closed = False
@@ -90,7 +93,9 @@ class GuardedArm(ArmPort):
 
         Raises:
             DriveError: after `close`, and for a target that is not finite, of another shape, beyond a limit, faster
-                than a joint or too far from the measured position; nothing is sent then, and nothing is clamped.
+                than a joint, of a speed that changes faster than a joint accelerates, or too far from the measured
+                position; nothing is sent then, and nothing is clamped. The first target after a stop may be off the
+                measured position, where a controller without an integral leaves the arm: a speed counts from it on.
         """
         target = read_target(self.settings, position)
         state = self.read()
@@ -99,6 +104,10 @@ class GuardedArm(ArmPort):
         travel = compute_travel_time(self.settings, previous, target)
         due = max(self._due, now - period)
         check_pace(self.settings, travel, now + EARLY * period - due)
+        time = max(period, now - self._sent)
+        speed = np.zeros(target.shape) if self._target is None else (target - previous) / time
+        if self._speed is not None:
+            check_acceleration(self.settings, self._speed, speed, time)
         check_lead(self.settings, target, state.position)
         if state.error is not None:
             return
@@ -108,7 +117,7 @@ class GuardedArm(ArmPort):
         except Exception as error:  # As above.
             self._latch(describe_failure(error))
             return
-        self._target, self._due = target, due + travel
+        self._target, self._speed, self._sent, self._due = target, speed, now, due + travel
 
     @final
     def hold(self) -> None:
@@ -116,7 +125,7 @@ class GuardedArm(ArmPort):
 
         Called again it does nothing: an arm that gives way under a weight would otherwise sag a bit with each call.
         """
-        self._target = None
+        self._target = self._speed = None
         if self._is_closed or self._is_held:
             return
         try:

@@ -268,10 +268,10 @@ class ArmBench:
     settings: ArmSettings = SETTINGS
 
     def step(self, offset: np.ndarray, count: int) -> None:
-        """Send ``count`` targets that end at ``offset`` [rad] from here."""
+        """Send ``count`` targets, from rest to rest, that end at ``offset`` [rad] from here."""
         start = self.arm.read().position
-        for k in range(1, count + 1):
-            self.arm.send(start + offset * k / count)
+        for share in np.linspace(0.0, 1.0, count + 1)[1:]:
+            self.arm.send(start + offset * share**3 * (10 - 15 * share + 6 * share**2))
             self.advance(self.settings.period)
 
 

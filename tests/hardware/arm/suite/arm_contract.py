@@ -5,6 +5,8 @@ An arm on the bench stands at a pose from which each joint can move by 0.1 rad e
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 import pytest
 
@@ -29,12 +31,12 @@ def test_reads_fresh_state(arm_bench):
 
 def test_follows_small_steps(arm_bench):
     start = arm_bench.arm.read().position
-    arm_bench.step(np.full(start.size, 0.05), 10)
+    arm_bench.step(np.full(start.size, 0.05), 20)
     arm_bench.advance(0.04)
     state = arm_bench.arm.read()
     assert state.error is None
     np.testing.assert_allclose(state.position, start + 0.05, atol=0.01)
-    assert arm_bench.sent() == 10
+    assert arm_bench.sent() == 20
 
 
 def hostile_targets(bench):
@@ -112,14 +114,41 @@ def test_refuses_targets_that_come_too_fast(arm_bench):
     assert arm_bench.sent() == 1
 
 
+def speed_up(arm_bench):
+    """Targets of joint 1, from here on, that speed up as fast as is allowed to 0.99 of its speed limit."""
+    target, period, speed = arm_bench.arm.read().position.copy(), arm_bench.settings.period, 0.0
+    while True:
+        yield target.copy()
+        most, limits = 0.99 * period * arm_bench.settings.limits.acceleration[0], arm_bench.settings.limits
+        speed = min(0.99 * limits.velocity[0], speed + most)
+        target[0] += period * speed
+
+
 def test_full_speed_at_a_steady_rate_passes(arm_bench):
-    start, period = arm_bench.arm.read().position, arm_bench.settings.period
-    step = np.zeros(start.size)
-    step[0] = 0.99 * period * arm_bench.settings.limits.velocity[0]
-    for k in range(1, 6):
-        arm_bench.arm.send(start + k * step)
+    for target in islice(speed_up(arm_bench), 25):
+        arm_bench.arm.send(target)
+        arm_bench.advance(arm_bench.settings.period)
+    assert arm_bench.sent() == 25
+
+
+def test_targets_that_speed_up_or_brake_too_fast_are_refused(arm_bench):
+    arm, period = arm_bench.arm, arm_bench.settings.period
+    targets = list(islice(speed_up(arm_bench), 8))
+    for target in targets:
+        arm.send(target)
         arm_bench.advance(period)
-    assert arm_bench.sent() == 5
+    step = targets[-1] - targets[-2]
+    for sudden in (targets[-1], targets[-1] - step, targets[-1] + 1.5 * step):
+        with pytest.raises(DriveError, match=r"joint 1 asks for .*: targets whose speed changes more slowly"):
+            arm.send(sudden)
+    assert arm_bench.sent() == 8
+    arm.send(targets[-1] + step)
+    assert arm_bench.sent() == 9
+    arm.hold()
+    arm_bench.advance(period)
+    before = arm_bench.sent()
+    arm.send(arm.read().position)
+    assert arm_bench.sent() == before + 1
 
 
 def test_sent_targets_are_not_the_callers_array(arm_bench):
@@ -133,7 +162,7 @@ def test_sent_targets_are_not_the_callers_array(arm_bench):
 def test_hold_always_works(arm_bench):
     arm = arm_bench.arm
     arm.hold()
-    arm_bench.step(np.full(arm.read().position.size, 0.05), 5)
+    arm_bench.step(np.full(arm.read().position.size, 0.05), 20)
     arm.hold()
     arm.hold()
     arm_bench.advance(0.5)
@@ -147,10 +176,10 @@ def test_hold_always_works(arm_bench):
 
 
 def test_goes_on_after_hold(arm_bench):
-    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.02), 5)
+    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.02), 10)
     arm_bench.arm.hold()
     arm_bench.advance(0.5)
-    arm_bench.step(np.full(arm_bench.settings.n_joint, -0.02), 5)
+    arm_bench.step(np.full(arm_bench.settings.n_joint, -0.02), 10)
     assert arm_bench.arm.read().error is None
 
 
@@ -168,7 +197,7 @@ def test_close_is_idempotent_and_final(arm_bench):
 def test_load_is_set_while_it_stands(arm_bench):
     arm_bench.arm.set_load(LOAD)
     assert arm_bench.loaded() == LOAD.mass
-    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.02), 5)
+    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.02), 10)
     arm_bench.arm.hold()
     arm_bench.advance(0.5)
     arm_bench.arm.set_load(ArmLoad(mass=1.0, center=LOAD.center, inertia=LOAD.inertia))
@@ -176,7 +205,7 @@ def test_load_is_set_while_it_stands(arm_bench):
 
 
 def test_load_is_refused_while_it_moves(arm_bench):
-    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.05), 3)
+    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.05), 20)
     with pytest.raises(DriveError, match="hold it"):
         arm_bench.arm.set_load(LOAD)
     assert arm_bench.loaded() == 0.0
@@ -204,7 +233,7 @@ def test_refuses_impossible_loads(arm_bench, change, said):
 
 
 def test_a_lost_connection_is_told_and_stays(arm_bench):
-    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.02), 3)
+    arm_bench.step(np.full(arm_bench.settings.n_joint, 0.02), 10)
     position, before = arm_bench.arm.read().position, arm_bench.sent()
     arm_bench.fail()
     state = arm_bench.arm.read()
