@@ -116,7 +116,7 @@ def test_names_tell_what_grips_are_meant_for():
     [
         ("tip-grip", [_task(0.03, 0.03, mass) for mass in (0.02, 0.1, 0.2, 0.24)]),
         ("pinch", [_task(width, 0.15, 0.05, kind="box", axis=LEVEL) for width in (0.02, 0.0335, 0.034, 0.0348)]),
-        ("wrap-oblique", [_task(0.06, 0.24, mass) for mass in (0.3, 0.055, 0.04, 0.03)]),
+        ("wrap-oblique", [_task(0.06, 0.24, mass) for mass in (0.3, 0.055, 0.04, 0.03, 0.02)]),
         ("wrap-oblique-low", [_task(0.06, height, 0.2) for height in (0.24, 0.19, 0.14, 0.1)]),
         ("wrap-horizontal", [_task(0.06, 0.24, 0.3, profile=_flat(ratio)) for ratio in (1.0, 1.1, 1.5, 2.2)]),
         ("wrap-horizontal", [_task(0.06, 0.24, mass) for mass in (0.4, 1.1, 1.4)]),
