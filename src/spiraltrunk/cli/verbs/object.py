@@ -52,11 +52,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
 def _compare(name: str, about: Description) -> dict[str, Any]:
     """What a trunk takes, beside what the object asks for."""
     from spiraltrunk.design import graspable_range, load_design, payload
+    from spiraltrunk.strategies.fingertip.assess import held_width
     from spiraltrunk.strategies.wrap.assess import held_mass, wrapped_range
 
     design = load_design(name)
     widths, held = graspable_range(design), wrapped_range(design)
-    fingers = None if design.gripper is None else design.gripper.grasp_width
+    gripper = design.gripper
     girth = float(about.profile.girth.max()) / math.pi
     is_wrapped = widths.minimum <= girth <= widths.maximum
     return {
@@ -66,7 +67,8 @@ def _compare(name: str, about: Description) -> dict[str, Any]:
         "payload_kg": payload(design, girth) if is_wrapped else None,
         "held_widths_m": None if held[1] < held[0] else list(held),
         "held_mass_kg": held_mass(design, girth) if is_wrapped else None,
-        "finger_width_m": fingers,
+        "finger_width_m": None if gripper is None else gripper.grasp_width,
+        "finger_held_width_m": None if gripper is None else held_width(gripper),
     }
 
 
@@ -120,7 +122,8 @@ def _falls(tilt: float) -> str:
 
 def _list_design(design: dict[str, Any]) -> list[tuple[str, str]]:
     name, girth = design["name"], design["wrap_width_m"]
-    fingers, payload, held = design["finger_width_m"], design["payload_kg"], design["held_mass_kg"]
+    opened, gripped = design["finger_width_m"], design["finger_held_width_m"]
+    payload, held = design["payload_kg"], design["held_mass_kg"]
     around, holds = (
         "nothing: the trunk is too short to wrap"
         if design[key] is None
@@ -128,12 +131,12 @@ def _list_design(design: dict[str, Any]) -> list[tuple[str, str]]:
         for key in ("wrap_widths_m", "held_widths_m")
     )
     most, least = ("" if mass is None else f", {1e3 * mass:.0f} g" for mass in (payload, held))
-    opened = "no fingers" if fingers is None else f"up to {1e3 * fingers:.0f} mm wide"
+    fingers = "no fingers" if opened is None else f"open {1e3 * opened:.0f} mm, hold up to {1e3 * gripped:.0f} mm"
     return [
         ("wraps as", f"a cylinder of {1e3 * girth:.0f} mm"),
         (f"{name} goes round", f"{around}{most}, by the paper's formulas"),
         (f"{name} holds", f"{holds}{least}, as far as simulated trials tell"),
-        (f"fingers of {name}", opened),
+        (f"fingers of {name}", fingers),
     ]
 
 

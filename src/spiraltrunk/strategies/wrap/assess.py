@@ -208,12 +208,12 @@ def _find_outline_misfit(task: Task, around: float, heaviest: float) -> str | No
         along = f"its longer side is {1e3 * target.longer_side:.0f} mm; it takes {1e3 * longest:.0f} mm"
         return _too_long(target.longer_side - longest, along)
     if _is_oblong(target) and around > OBLONG_GIRTH * enclosed:
-        return f"too wide for a thing with unequal sides by {_compare(around, OBLONG_GIRTH * enclosed)}"
+        return f"too wide for an object with unequal sides by {_compare(around, OBLONG_GIRTH * enclosed)}"
     if target.mass > heaviest:  # A round one has been refused by its width.
-        return _too_heavy(target.mass, heaviest, "for a thing with unequal sides")
+        return _too_heavy(target.mass, heaviest, "for an object with unequal sides")
     low, borne = DISTAL_HEIGHT * task.design.length, DISTAL_LOAD * held_mass(task.design, around)
     if height_of(target) < low and target.mass > borne:
-        return _too_heavy(target.mass, borne, f"where a thing is lower than {1e3 * low:.0f} mm")
+        return _too_heavy(target.mass, borne, f"where an object is lower than {1e3 * low:.0f} mm")
     if topple_angle_of(target) == 0.0:
         return "would roll away: nothing keeps it in place as the trunk touches it"
     if around > SQUAT * enclosed and height_of(target) < around:

@@ -19,7 +19,7 @@ be wrapped nearer to its rim, `standing_plan.HIGHEST`):
 | 80 mm | 147 mm | 202 mm |
 | 100 mm | 139 mm | 189 mm |
 
-A plan exists from 40 to 65 mm of height on, by the width; what is lower than 74 mm mostly topples (`assess.LOW`).
+A plan exists from 40 to 65 mm of height on, by the width; what is lower than 69 mm topples (`assess.LOW`).
 Lengths are over the trunk's own where their unit is [-] and nothing else is said.
 """
 

@@ -78,13 +78,13 @@ def test_a_thing_that_is_longer_than_the_loop_is_wide_is_refused_by_its_corners(
 @pytest.mark.parametrize(
     ("measures", "told"),
     [
-        ("x_mm=90,y_mm=60,z_mm=150,mass_g=800", "too heavy by 189 g: the trunk holds 611 g for a thing with unequal"),
+        ("x_mm=90,y_mm=60,z_mm=150,mass_g=800", "too heavy by 189 g: the trunk holds 611 g for an object with unequal"),
         pytest.param(
-            "x_mm=110,y_mm=70,z_mm=180,mass_g=200", "too wide for a thing with unequal sides by 15 mm: 115 mm",
+            "x_mm=110,y_mm=70,z_mm=180,mass_g=200", "too wide for an object with unequal sides by 15 mm: 115 mm",
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            "x_mm=70,y_mm=70,z_mm=120,mass_g=600", "too heavy by 220 g: the trunk holds 380 g where a thing is lower",
+            "x_mm=70,y_mm=70,z_mm=120,mass_g=600", "too heavy by 220 g: the trunk holds 380 g where an object is lower",
             marks=pytest.mark.slow,
         ),
         pytest.param(
