@@ -63,7 +63,7 @@ def test_warnings_of_a_file_are_told_on_standard_error_and_in_the_figures(capsys
 
 def test_the_table_tells_what_a_trunk_takes(capsys):
     said = run(capsys, "cylinder:diameter_mm=60,height_mm=160,mass_g=200", "--design", "paper").out
-    trunk = ("paper goes round     33 to 268 mm", "paper holds          33 to 153 mm", "fingers of paper")
+    trunk = ("paper goes round     33 to 268 mm", "paper holds          28 to 153 mm", "fingers of paper")
     for text in ("60 x 60 x 160 mm", "200 g", "stable pose 0", *trunk, "girth [mm]"):
         assert text in said
 

@@ -36,12 +36,12 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 
     refusal = find_refusal(strategy, design, shape, name)
     if refusal is not None:
-        raise UsageError(f"--object: {refusal}{_list_able(design, shape, strategy)}")
+        laid = f"; {strategy.name} lays it down, pose=upright keeps it standing" if _is_laid(strategy, shape) else ""
+        raise UsageError(f"--object: {refusal}{laid}{_list_able(design, shape, strategy)}")
 
 
 def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
     """Warn where the models rank the strategy as infeasible for the object as it rests, or as the strategy lays it."""
-    from spiraltrunk.sim.objects.presentation import natural_orientation
     from spiraltrunk.strategies.assessment import assess
     from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
     from spiraltrunk.workflows.grasp.choice.ranking import announce_task
@@ -49,10 +49,17 @@ def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectS
     if strategy.job != "grasp" or strategy.number == 0:
         return  # A choice and a learned policy have no model of their own.
     resting = Auto(design, strategy.support, find_orientation(shape), ranking=lambda observation, tried: ())
-    is_laid = strategy.orientation == "lying" and natural_orientation(shape) == "upright" and not shape.pose
-    found = assess(strategy, announce_task(design, shape, strategy if is_laid else resting))
+    found = assess(strategy, announce_task(design, shape, strategy if _is_laid(strategy, shape) else resting))
     if not found.feasible:
         complain(f"{strategy.name} is expected to fail: {found.reason}; it is tried all the same", DONE)
+
+
+def _is_laid(strategy: Strategy[Any], shape: ObjectSpec) -> bool:
+    """Whether a strategy of lying objects lays down what stands by its measures, and is bound to no pose."""
+    from spiraltrunk.sim.objects.presentation import natural_orientation
+
+    is_for_lying = strategy.support == "ground" and strategy.orientation == "lying" and strategy.number > 0
+    return is_for_lying and natural_orientation(shape) == "upright" and not shape.pose
 
 
 def warn_laid(strategy: Strategy[Any], shape: ObjectSpec) -> None:

@@ -223,8 +223,10 @@ def _format_choice(result: dict[str, Any]) -> str:
     tries = [(each["strategy"], each["outcome"]) for each in result["attempts"]]
     ranked = [(each["strategy"], f"{each['score']:.2f}", each["reason"]) for each in result["candidates"]]
     tried = f"\n{format_table(tries, title='tried', indent=2)}" if tries else ""
-    pushes = "" if result["candidates"][0]["strategy"] == "wrap-vertical" else f"\n  {_PUSHES}"
-    return f"{tried}\n{format_table(ranked, title='ranked', indent=2)}{pushes}"
+    ground = result["world"]["ground_m"]
+    title = "ranked" if ground is None else f"ranked, over a ground of {ground:g} m unless another is told"
+    pushes = "" if ground is None else f"\n  {_PUSHES}"
+    return f"{tried}\n{format_table(ranked, title=title, indent=2)}{pushes}"
 
 
 def _scaled(value: float | None, factor: float = 1.0) -> str:

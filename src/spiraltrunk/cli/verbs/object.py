@@ -54,9 +54,12 @@ def _compare(name: str, about: Description) -> dict[str, Any]:
     from spiraltrunk.design import graspable_range, load_design, payload
     from spiraltrunk.strategies.fingertip.assess import held_width
     from spiraltrunk.strategies.wrap.assess import held_mass, wrapped_range
+    from spiraltrunk.strategies.wrap.standing_model import least_width
 
     design = load_design(name)
     widths, held = graspable_range(design), wrapped_range(design)
+    if not widths.is_empty:  # Of what is tall, less than the trunk's loop.
+        held = least_width(design, float(about.profile.height[-1])), held[1]
     gripper = design.gripper
     girth = float(about.profile.girth.max()) / math.pi
     is_wrapped = widths.minimum <= girth <= widths.maximum

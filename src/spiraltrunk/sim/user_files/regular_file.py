@@ -25,7 +25,8 @@ def read_file(path: str, name: str) -> bytes:
         content = _read(place)
     if not 0 < len(content) <= FILE_MOST:
         allowed = f"a file that exists, regular and of 1 byte to {FILE_MOST // 1_000_000} MB"
-        raise DesignError(name, got=path, allowed=f"{allowed}; {_find_fault(place, len(content))}")
+        fault = _find_fault(place, len(content)) if path else "no name is given"
+        raise DesignError(name, got=path, allowed=f"{allowed}; {fault}")
     return content
 
 

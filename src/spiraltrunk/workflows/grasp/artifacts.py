@@ -110,6 +110,7 @@ def _describe_motion(verdict: Verdict) -> dict[str, Any]:
 
 def _describe_world(options: SceneOptions) -> dict[str, Any]:
     return {
+        "ground_m": options.ground if options.support == "ground" else None,
         "offset_m": list(options.offset),
         "friction": options.shape.friction,
         "stiffness_factor": options.trunk.stiffness_factor,
