@@ -14,6 +14,9 @@ from spiraltrunk.strategies.wrap.standing_plan import SINK, clear_height
 
 ABOVE = 0.03
 """Height above the ground to which the object is brought down before it is lowered slowly [m] (ours)."""
+BOWS = np.radians(np.arange(1.0, 13.0))
+"""Angles, the least that suffices first, by which the head bows where a held object would not come down to the ground
+[rad] (ours): it then leans as much, and rights itself as the trunk opens."""
 
 
 def carry_upright(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
@@ -43,6 +46,7 @@ def set_down_upright(sequence: MoveSequence, observation: Observation, ground_ga
     if camera is None:
         return sequence
     rotation, to_base = _turn_upright(sequence, observation, camera, ground_gap)
+    rotation, to_base = _bow(observation, rotation, to_base, ground_gap)
     place = observation.task.goal.place
     low = place - np.array([0.0, 0.0, SINK]) + to_base
     above = low + np.array([0.0, 0.0, SINK + ABOVE])
@@ -59,6 +63,26 @@ def set_down_upright(sequence: MoveSequence, observation: Observation, ground_ga
         return replace(move, position=position, rotation=rotation if is_held else move.rotation)
 
     return edit_moves(sequence, 0, set_down)
+
+
+def _bow(
+    observation: Observation, rotation: np.ndarray, to_base: np.ndarray, ground_gap: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Orientation of the base, and the way to it from the object's centre, as of `_turn_upright`, the head bowed.
+
+    It bows by the least of `BOWS` at which housing and wrist clear the ground while the object stands on it; by the
+    largest where none suffices, and not where it need not bow.
+    """
+    task, ahead = observation.task, rotation[:, 0]
+    axis = np.cross(ahead, [0.0, 0.0, -1.0])
+    axis /= max(float(np.linalg.norm(axis)), 1e-9)
+    bowed, way = rotation, to_base
+    for angle in (0.0, *BOWS):
+        matrix = Rotation.from_rotvec(angle * axis).as_matrix()
+        bowed, way = matrix @ rotation, matrix @ to_base
+        if task.target.length / 2 + float(way[2]) >= clear_height(task.design, bowed, ground_gap / 2):
+            break
+    return bowed, way
 
 
 def _turn_upright(
