@@ -12,6 +12,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import MoveSequence, begin, command_at
+from spiraltrunk.strategies.wrap.set_down import set_down_clear
 from spiraltrunk.strategies.wrap.standing import WrapHorizontal
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
@@ -66,7 +67,7 @@ def test_it_is_set_down_over_its_place_and_the_housing_stays_off_the_ground(
     base = command_at(sequence, seen.time).T_world_base
     seen, _ = leaning(seen, base[:3, 3], np.array(turn))
     assert seen.camera is not None
-    moves = set_down_upright(sequence, seen, PLANE.ground_gap).moves
+    moves = set_down_clear(sequence, seen, PLANE.ground_gap).moves
     lower = next(move for move in moves if move.action == "lower")
     assert lower.rotation is not None
     to_base = lower.rotation @ base[:3, :3].T @ (base[:3, 3] - seen.camera.position)
@@ -74,9 +75,7 @@ def test_it_is_set_down_over_its_place_and_the_housing_stays_off_the_ground(
     tilt = float(np.arccos(-lower.rotation[2, 0]))
     ground = seen.task.goal.ground
     assert ground is not None
-    is_turned = not np.allclose(lower.rotation, base[:3, :3])
-    if is_turned:
-        assert lower.position[2] - housing_sink(presets.PAPER, tilt) > ground + PLANE.ground_gap / 2 - 1e-9
+    assert lower.position[2] - housing_sink(presets.PAPER, tilt) > ground + PLANE.ground_gap / 2 - 1e-9
 
 
 def test_without_a_camera_nothing_is_turned(held: tuple[MoveSequence, Observation]) -> None:
@@ -84,3 +83,22 @@ def test_without_a_camera_nothing_is_turned(held: tuple[MoveSequence, Observatio
     blind = replace(seen, camera=None)
     assert carry_upright(sequence, blind, PLANE.ground_gap) is sequence
     assert set_down_upright(sequence, blind, PLANE.ground_gap) is sequence
+
+
+@pytest.mark.parametrize(("above", "bows"), [(-0.02, False), (0.005, True)])
+def test_the_head_bows_where_the_housing_would_keep_the_object_off_the_ground(
+    held: tuple[MoveSequence, Observation], above: float, bows: bool
+) -> None:
+    sequence, seen = held
+    base = command_at(sequence, seen.time).T_world_base
+    seen, _ = leaning(seen, base[:3, 3], np.zeros(3), below=-above)
+    lower = next(move for move in set_down_upright(sequence, seen, PLANE.ground_gap).moves if move.action == "lower")
+    assert lower.rotation is not None
+    turned = lower.rotation @ base[:3, :3].T
+    angle = float(np.degrees(np.arccos(min(1.0, (np.trace(turned) - 1) / 2))))
+    assert (0.9 < angle < 12.1) if bows else angle < 1e-6, angle
+    assert seen.camera is not None
+    over = float((turned @ (base[:3, 3] - seen.camera.position))[2])  # Of the base over the object's centre.
+    tilt = float(np.arccos(-lower.rotation[2, 0]))
+    lowest = housing_sink(presets.PAPER, tilt) + PLANE.ground_gap / 2
+    assert seen.task.target.length / 2 + over >= lowest - 1e-9
