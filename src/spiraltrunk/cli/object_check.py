@@ -32,11 +32,14 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
     Raises:
         UsageError: with the object's width or mass, the range, and the strategies that can take it.
     """
+    from spiraltrunk.sim.objects.presentation import take_pose
     from spiraltrunk.workflows.grasp.choice.refusal import find_refusal
 
     refusal = find_refusal(strategy, design, shape, name)
     if refusal is not None:
-        laid = f"; {strategy.name} lays it down, pose=upright keeps it standing" if _is_laid(strategy, shape) else ""
+        laid = ""
+        if _is_laid(strategy, shape) and find_refusal(strategy, design, take_pose(shape, "upright"), name) is None:
+            laid = f"; {strategy.name} lays it down, pose=upright keeps it standing"
         raise UsageError(f"--object: {refusal}{laid}{_list_able(design, shape, strategy)}")
 
 
