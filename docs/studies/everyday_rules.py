@@ -19,6 +19,7 @@ from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.strategies.fingertip.assess import SLAB, grip_force, held_width
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, held_mass, wrapped_range
+from spiraltrunk.strategies.wrap.standing_model import THIN_HEIGHT, least_width
 from spiraltrunk.strategies.wrap.unsteady import TOUCH_HEIGHT
 from spiraltrunk.workflows.grasp.choice.candidates import REACH_SLACK, follow_frames
 from spiraltrunk.workflows.grasp.choice.ground import MARGIN
@@ -42,7 +43,10 @@ def compute_rules(design: TrunkDesign) -> dict[str, str]:
     top = find_reach(design)
     tallest = [find_tallest(observation, ground, top) for ground in GROUNDS]
     return {
-        "width of a wrapped object": f"{1e3 * least:.0f} to {1e3 * most:.0f} mm",
+        "width of a wrapped object": (
+            f"{1e3 * least:.0f} to {1e3 * most:.0f} mm, from {1e3 * least_width(design):.0f} mm where it is "
+            f"{1e3 * THIN_HEIGHT * design.length:.0f} mm tall"
+        ),
         "section of a wrapped object": f"at most {FLAT:g} to 1",
         f"least height of a cylinder {_list(WIDTHS)} mm wide, wrapped": f"{_list(heights)} mm",
         "sideways push that a standing object must bear": (
