@@ -202,9 +202,8 @@ def check_acceleration(settings: ArmSettings, before: np.ndarray, after: np.ndar
     if most is None:
         return
     found = np.abs(after - before) / time
-    is_fit = found <= most
-    if not is_fit.all():
-        i = int(np.argmin(is_fit))
+    i = _find_excess(found, most)
+    if i is not None:
         raise DriveError(
             f"arm target of joint {i + 1} asks for {found[i]:.3g} rad/s^2; allowed: {most[i]:.3g} rad/s^2: "
             "targets whose speed changes more slowly"
@@ -218,13 +217,18 @@ def check_lead(settings: ArmSettings, target: np.ndarray, measured: np.ndarray) 
         DriveError: with joint, distance and what is allowed.
     """
     lead, allowed = np.abs(target - measured), settings.lead_time * np.asarray(settings.limits.velocity)
-    is_near = lead <= allowed
-    if not is_near.all():
-        i = int(np.argmin(is_near))
+    i = _find_excess(lead, allowed)
+    if i is not None:
         raise DriveError(
             f"arm target of joint {i + 1} is {lead[i]:.3g} rad from its measured position; allowed: {allowed[i]:.3g} "
             "rad: approach in small steps, and look whether something blocks the arm"
         )
+
+
+def _find_excess(values: np.ndarray, most: np.ndarray) -> int | None:
+    """Index of the first joint whose value is not at most what is allowed, as NaN is not; None where all are."""
+    is_fit = values <= most
+    return None if is_fit.all() else int(np.argmin(is_fit))
 
 
 def read_load(load: ArmLoad, payload: float | None, tool_mass: float = 0.0) -> ArmLoad:
