@@ -184,11 +184,10 @@ def test_an_object_that_cannot_be_held_is_refused_before_the_trial(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(("depth", "is_told"), [(60, True), (90, False)])
+@pytest.mark.parametrize(("width", "depth", "is_told"), [(30, 60, True), (50, 90, False)])
 def test_a_refusal_tells_that_a_strategy_lays_down_what_it_takes_standing(
-    depth: int, is_told: bool, capsys: pytest.CaptureFixture[str]
+    width: int, depth: int, is_told: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    width = 30 if is_told else 50
     said = assert_refused(["grasp", "pinch", "--object", f"box:x_mm={width},y_mm={depth},z_mm=95,mass_g=150"], capsys)
     assert ("pinch lays it down, pose=upright keeps it standing" in said) == is_told
 

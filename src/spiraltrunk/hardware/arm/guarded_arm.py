@@ -94,8 +94,8 @@ class GuardedArm(ArmPort):
         Raises:
             DriveError: after `close`, and for a target that is not finite, of another shape, beyond a limit, faster
                 than a joint, of a speed that changes faster than a joint accelerates, or too far from the measured
-                position; nothing is sent then, and nothing is clamped. The first target after a stop may be off the
-                measured position, where a controller without an integral leaves the arm: a speed counts from it on.
+                position; nothing is sent then, and nothing is clamped. The first target after a stop counts as one at
+                rest: a controller without an integral part may hold the arm a little off it.
         """
         target = read_target(self.settings, position)
         state = self.read()

@@ -25,7 +25,7 @@ Release: the object is set upright over its place once more. The arm lowers it u
 bears it. Then tension falls in small steps (`opening`): the arm presses the object on the ground and follows the tail,
 which unwinds last, until it holds by little and the trunk springs open (in 40 ms as simulated). The arm then retreats.
 
-Limits: upright objects up to about 1 kg, from about 80 mm of height on, as the housing has to clear the ground.
+Limits: upright objects up to about 1 kg, from about 70 mm of height on, as the housing has to clear the ground.
 Slender ones are taken above their middle by the oblique wraps, where the head can turn away the whole lean. What is not
 round is taken for the cylinder of the same girth, from a direction that suits how it is turned (`approach`), as far as
 the arm can turn. The cables pull in every direction. A camera sees where the object stands and how it leans.
@@ -40,7 +40,6 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Command, Observation
-from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
@@ -163,7 +162,7 @@ class StandingWrap(MoveStrategy[StandingState]):
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
         """Least and greatest width of its objects [m]: what the trunk can wrap, and thinner ones that are tall."""
-        return least_width(design), graspable_range(design).maximum
+        return least_width(design), super().widths(design)[1]
 
     def base_path(self, observation: Observation) -> tuple[np.ndarray, ...]:
         """Frames of the base at the ends of all moves of the first attempt."""

@@ -76,7 +76,6 @@ def _bow(
     task, ahead = observation.task, rotation[:, 0]
     axis = np.cross(ahead, [0.0, 0.0, -1.0])
     axis /= max(float(np.linalg.norm(axis)), 1e-9)
-    bowed, way = rotation, to_base
     for angle in (0.0, *BOWS):
         matrix = Rotation.from_rotvec(angle * axis).as_matrix()
         bowed, way = matrix @ rotation, matrix @ to_base

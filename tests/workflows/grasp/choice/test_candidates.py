@@ -193,6 +193,20 @@ def test_what_is_reached_over_another_ground_only_is_told_and_comes_later():
     assert not any("over a ground" in each.reason for each in found[:3])
 
 
+def test_what_a_low_ground_puts_out_of_reach_is_assessed_over_the_usual_one(reach):
+    shape = parse_object("everyday:seed=12070")
+    options = SceneOptions(
+        shape=shape, support="ground", orientation="upright", position=(0.46, 0.12, 0.0), ground=0.3
+    )  # fmt: skip
+    found = rank(SimPlant(PAPER, options).reset(), reach)
+    beyond = {each.strategy for each in found if "beyond the arm's reach" in each.reason}
+    assert beyond == {"wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}
+    joined = rank_over_grounds(PAPER, options, found)
+    assert joined[:3] == found[:3]
+    assert {each.strategy for each in joined[3:] if each.feasible} == beyond
+    assert all("; over a ground of " in each.reason for each in joined[3:])
+
+
 def test_a_scene_with_a_ground_of_its_own_keeps_its_candidates(reach):
     seen = _observe("cylinder:diameter_mm=34,height_mm=140,mass_g=150", ground=0.4)
     refused = tuple(rank(seen, reach))
