@@ -140,9 +140,8 @@ def read_target(settings: ArmSettings, position: np.ndarray) -> np.ndarray:
     """
     target = read_numbers("arm target", position, shape=(settings.n_joint,), unit="rad", error=DriveError)
     low, high = position_range(settings)
-    is_within = (low <= target) & (target <= high)
-    if not is_within.all():
-        i = int(np.argmin(is_within))
+    i = _find_unfit((low <= target) & (target <= high))
+    if i is not None:
         raise DriveError(f"arm target of joint {i + 1} is {target[i]:g} rad; allowed: {low[i]:g} to {high[i]:g} rad")
     return target.copy()
 
@@ -202,7 +201,7 @@ def check_acceleration(settings: ArmSettings, before: np.ndarray, after: np.ndar
     if most is None:
         return
     found = np.abs(after - before) / time
-    i = _find_excess(found, most)
+    i = _find_unfit(found <= most)
     if i is not None:
         raise DriveError(
             f"arm target of joint {i + 1} asks for {found[i]:.3g} rad/s^2; allowed: {most[i]:.3g} rad/s^2: "
@@ -217,7 +216,7 @@ def check_lead(settings: ArmSettings, target: np.ndarray, measured: np.ndarray) 
         DriveError: with joint, distance and what is allowed.
     """
     lead, allowed = np.abs(target - measured), settings.lead_time * np.asarray(settings.limits.velocity)
-    i = _find_excess(lead, allowed)
+    i = _find_unfit(lead <= allowed)
     if i is not None:
         raise DriveError(
             f"arm target of joint {i + 1} is {lead[i]:.3g} rad from its measured position; allowed: {allowed[i]:.3g} "
@@ -225,9 +224,8 @@ def check_lead(settings: ArmSettings, target: np.ndarray, measured: np.ndarray) 
         )
 
 
-def _find_excess(values: np.ndarray, most: np.ndarray) -> int | None:
-    """Index of the first joint whose value is not at most what is allowed, as NaN is not; None where all are."""
-    is_fit = values <= most
+def _find_unfit(is_fit: np.ndarray) -> int | None:
+    """Index of the first joint that is not fit, of a mask of shape (n_arm,); None where all are."""
     return None if is_fit.all() else int(np.argmin(is_fit))
 
 
