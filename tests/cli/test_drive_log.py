@@ -14,7 +14,7 @@ from spiraltrunk.cli.verbs.drive.run_log import add_log, open_run_log
 from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.log import LogMetadata, LogWriter, load_log
 from spiraltrunk.hardware.log.part import name_part
-from spiraltrunk.hardware.setup.robot_file import format_example
+from spiraltrunk.hardware.setup.robot_file import EXAMPLE
 
 
 def write_log(path: Path) -> None:
@@ -26,7 +26,7 @@ def write_log(path: Path) -> None:
 def start(request, monkeypatch, tmp_path):
     """Runs the command, whose robot writes a log and then does what it is told to."""
     robot = tmp_path / "robot.toml"
-    robot.write_text(format_example())
+    robot.write_text(EXAMPLE)
     where = [] if request.param == "twin" else ["--robot", str(robot), "--bus", "robot"]
 
     def run(out: Path, end: BaseException) -> int:

@@ -16,10 +16,8 @@ from spiraltrunk import cli
 from spiraltrunk.cli.verbs.drive.figures import format_figure
 from spiraltrunk.cli.verbs.drive.move_check import MoveSettings, read_move, warn_short_steps
 from spiraltrunk.design import presets
-from spiraltrunk.hardware.setup.robot_file import format_example
+from spiraltrunk.hardware.setup.robot_file import EXAMPLE
 from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
-
-EXAMPLE = format_example()
 
 
 @pytest.fixture

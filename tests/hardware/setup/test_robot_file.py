@@ -16,11 +16,11 @@ from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
 from spiraltrunk.hardware.setup.robot_file import (
+    EXAMPLE,
     TABLES,
     CableSetup,
     MotorSetup,
     RobotFile,
-    format_example,
     load_robot_file,
     parse_robot_file,
 )
@@ -31,8 +31,6 @@ from spiraltrunk.hardware.setup.robot_limits import (
     fit_watches,
     lower_limits,
 )
-
-EXAMPLE = format_example()
 
 WRONG = {
     "name": ["7", '""'],

@@ -111,3 +111,4 @@ def test_a_bad_take_is_told_and_the_others_are_compared_without_it(send, virtual
     page.get_by_text("mean RMSE").wait_for(timeout=LONG)
     page.wait_for_timeout(5000)  # The others are compared by then,
     notice.wait_for(timeout=LONG)  # and the notice is still there, or there again.
+    assert page.get_by_text("mean RMSE").is_visible()

@@ -211,7 +211,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
 }
 """Every key of a robot file by table."""
 
-_EXAMPLE = """\
+EXAMPLE = """\
 schema = 1
 name = "bench"
 bus = "board:/dev/ttyACM0"      # opened only by --bus robot
@@ -241,11 +241,7 @@ open_us = 1000.0
 slack_us = 1500.0
 closed_us = 2000.0
 """
-
-
-def format_example() -> str:
-    """A robot file with every table, to begin with."""
-    return _EXAMPLE
+"""A robot file with every table, to begin with."""
 
 
 def load_robot_file(path: str | Path, design: TrunkDesign | None = None) -> RobotFile:
