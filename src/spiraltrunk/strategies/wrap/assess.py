@@ -64,9 +64,10 @@ OBLONG_GIRTH = 0.382
 """Width of the cylinder of an oblong object's girth up to which a wrap takes it, over the largest that the trunk
 encloses [-] (ours): of 7 trials with drawn things of 99.1 to 102.3 mm, taller than wide, 6 succeeded, of 8 with
 things of 104 to 115 mm one."""
-SQUAT = 0.37
-"""Width from which a wrap takes only what is at least as tall as wide, over the largest that the trunk encloses [-]
-(ours): of 11 drawn things wider than 100 mm and not as tall, one was lifted and set down, of 4 narrower ones 3."""
+SQUAT, SQUAT_HEIGHT = 0.37, 1.15
+"""Largest width seen from above that a wrap takes at any height, over the largest that the trunk encloses, and least
+height of what is wider, over its width [-] (ours): of 37 drawn things that were wider and not as tall 11 were lifted
+and set down, of 96 taller ones 80 (docs/validation/everyday.md)."""
 DISTAL_HEIGHT, DISTAL_LOAD = 0.26, 0.30
 """Height below which oblique wraps of wide things are distal, over the trunk's length, and mass that is then held, over
 that of a full wrap [-] (ours): the thinner sections give way. Of 9 drawn things up to 130 mm tall and of 412 g or more
@@ -216,9 +217,9 @@ def _find_outline_misfit(task: Task, around: float, heaviest: float) -> str | No
         return _too_heavy(target.mass, borne, f"where an object is lower than {1e3 * low:.0f} mm")
     if topple_angle_of(target) == 0.0:
         return "would roll away: nothing keeps it in place as the trunk touches it"
-    if around > SQUAT * enclosed and height_of(target) < around:
-        tall, wide = 1e3 * height_of(target), 1e3 * around
-        return f"too short for its width: {tall:.0f} mm tall, a loop of {wide:.0f} mm needs {wide:.0f} mm"
+    if most > SQUAT * enclosed and height_of(target) < SQUAT_HEIGHT * most:
+        tall, needed = 1e3 * height_of(target), math.ceil(1e3 * SQUAT_HEIGHT * most)
+        return f"too short for its width: {tall:.0f} mm tall; what is {1e3 * most:.0f} mm across needs {needed} mm"
     return None
 
 

@@ -18,7 +18,7 @@ from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.strategies.moves import base_position
 from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, _plan_way_back, get_strategy, list_objects
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate
-from spiraltrunk.workflows.grasp.choice.seen_task import task_as_seen
+from spiraltrunk.workflows.grasp.choice.seen_task import correct_place, task_as_seen
 from spiraltrunk.workflows.grasp.trial import run_trial
 
 DT, GROUND = 0.02, 0.60
@@ -38,13 +38,14 @@ class Hand(Plant):
     """A robot that does at once what it is told; ``holds`` says which closing of its fingers holds the object.
 
     An object that is held at ``drops`` [s] falls back to where it was. After the first failed closing the object has
-    the axis ``axis``.
+    the axis ``axis``. An object that is let go is dragged by ``drag`` [m].
     """
 
     control_period = DT
 
-    def __init__(self, task, holds=(), drops=math.inf, axis=(0.0, 0.0, 1.0)):
+    def __init__(self, task, holds=(), drops=math.inf, axis=(0.0, 0.0, 1.0), drag=(0.0, 0.0, 0.0)):
         self.task, self.holds, self.drops, self.axis_after = task, holds, drops, np.array(axis)
+        self.drag = np.array(drag)
 
     def reset(self):
         T = np.eye(4)
@@ -62,7 +63,7 @@ class Hand(Plant):
         if self.time > self.drops:
             self.held, self.drops = None, math.inf
         if not is_closed:
-            self.held = None
+            self.place, self.held = self.place + (0.0 if self.held is None else self.drag), None
         if self.count and self.held is None and not is_closed:
             self.axis = self.axis_after
         self.was_closed = is_closed
@@ -152,6 +153,42 @@ def test_what_is_dropped_in_the_hold_is_seen():
     assert log.gave_up is None
 
 
+def test_what_was_dragged_off_its_place_is_set_down_as_far_on_the_other_side():
+    drag = np.array([0.05, -0.04, 0.0])
+    task = _task()
+    log = _run(Hand(task, holds=(True, True), drag=drag), "tip-grip", "pinch")
+    first, second = log.state.attempts
+    assert first.outcome == "the object is seen 6 cm from its place"
+    assert first.told is first.task
+    assert second.outcome == ""
+    np.testing.assert_allclose(second.told.goal.place, task.goal.place - drag, atol=2e-3)
+    np.testing.assert_array_equal(second.task.goal.place, task.goal.place)  # By which the verdict is.
+    assert log.gave_up is None
+    np.testing.assert_allclose(log.observations[-1].camera.position, task.goal.place, atol=2e-3)
+
+
+def test_the_third_try_corrects_the_error_of_the_second():
+    first = Hand(_task()).reset()
+    goal = first.task.goal
+    told = replace(first.task, goal=replace(goal, place=goal.place + np.array([0.03, 0.0, 0.0])))
+    camera = CameraObservation(time=0.0, position=goal.place + np.array([0.01, -0.02, 0.0]), axis=_UP)
+    again = correct_place(replace(first, camera=camera), first.task, told)
+    assert again.goal.place == pytest.approx(goal.place + np.array([0.02, 0.02, 0.0]))
+
+
+def test_the_place_is_not_corrected_by_where_an_object_has_toppled():
+    first = Hand(_task()).reset()
+    camera = CameraObservation(time=0.0, position=first.task.goal.place + 0.1, axis=np.array([1.0, 0.0, 0.0]))
+    assert correct_place(replace(first, camera=camera), first.task, first.task) is None
+
+
+def test_after_fingers_let_go_beside_the_place_a_wrap_is_told_the_place_itself():
+    log = _run(Hand(_task(0.036, 0.12), holds=(True,), drag=(0.06, 0.0, 0.0)), "tip-grip", "wrap-horizontal")
+    first, second = log.state.attempts
+    assert "from its place" in first.outcome
+    assert second.told is second.task
+
+
 def test_a_toppled_object_is_ranked_as_it_lies():
     seen, task = [], _task(width=0.03, length=0.05)
     task = replace(task, target=replace(task.target, profile=compute_profile(parse_object("cylinder-32"))))
@@ -228,6 +265,15 @@ def test_a_real_second_try_succeeds_where_the_first_set_the_object_down_beside_i
     first, second = trial.log.state.attempts
     assert "cm from its place" in first.outcome
     assert second.strategy != first.strategy
+    assert trial.verdict.success, trial.verdict.reason
+
+
+@pytest.mark.slow
+def test_a_real_second_try_corrects_by_how_far_the_first_dragged_the_object():
+    trial = run_trial(PAPER, parse_object("everyday:seed=12406"), strategy="auto", seed=12406)
+    first, *later = trial.log.state.attempts
+    assert "cm from its place" in first.outcome
+    assert later[0].told.goal.place != pytest.approx(later[0].task.goal.place, abs=0.03)
     assert trial.verdict.success, trial.verdict.reason
 
 

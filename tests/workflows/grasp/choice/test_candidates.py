@@ -92,7 +92,7 @@ def test_a_thing_that_is_longer_than_the_loop_is_wide_is_refused_by_its_corners(
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            "x_mm=90,y_mm=85,z_mm=100,mass_g=200", "too short for its width: 100 mm tall, a loop of 111 mm needs 111",
+            "x_mm=90,y_mm=85,z_mm=100,mass_g=200", "too short for its width: 100 mm tall; what is 124 mm across needs",
             marks=pytest.mark.slow,
         ),
     ],

@@ -31,7 +31,7 @@ from spiraltrunk.strategies.policy.library import PREFIX, get_policy, is_policy
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate, find_highest_base, list_strategies, rank
-from spiraltrunk.workflows.grasp.choice.seen_task import task_as_seen
+from spiraltrunk.workflows.grasp.choice.seen_task import correct_place, task_as_seen
 
 AUTO = "auto"
 """Name of the strategy that chooses."""
@@ -72,6 +72,8 @@ class Attempt:
     """Time at which it began [s]."""
     task: Task
     """Its task, with the object as it was seen then."""
+    told: Task
+    """The task as its strategy is told it: the place is moved against the error of the try before."""
     candidates: tuple[Candidate, ...]
     """The ranking that it was taken from."""
     outcome: str = ""
@@ -156,7 +158,7 @@ class Auto(Strategy[AutoState]):
                 T_world_base=observation.T_world_base, cable_tension=np.zeros(observation.cable_tension.shape)
             ),
         )  # fmt: skip
-        return _begin_try(state, state.candidates, observation, observation.task)
+        return _begin_try(state, state.candidates, observation, {})
 
     def step(self, state: AutoState, observation: Observation) -> tuple[AutoState, Command]:
         """Go on with the present try, or with the way back from a failed one."""
@@ -167,7 +169,7 @@ class Auto(Strategy[AutoState]):
         if state.back is not None:
             return _remember(state, command_at(state.back, observation.time))
         attempt = state.attempts[-1]
-        inner, command = strategies.get(attempt.strategy).step(state.inner, with_task(observation, attempt.task))
+        inner, command = strategies.get(attempt.strategy).step(state.inner, with_task(observation, attempt.told))
         return _remember(replace(state, inner=inner), command)
 
     def status(self, state: AutoState) -> Status:
@@ -198,9 +200,22 @@ class Auto(Strategy[AutoState]):
         if not state.back.is_last:
             return replace(state, back=advance(state.back, observation.time))
         tried = tuple(attempt.strategy for attempt in state.attempts)
-        task = task_as_seen(observation)
-        seen = with_task(observation, task)
-        return _begin_try(replace(state, back=None), self._rank(seen, tried), seen, task)
+        seen = with_task(observation, task_as_seen(observation))
+        told = self._correct_place(state, seen, tried)
+        return _begin_try(replace(state, back=None), self._rank(seen, tried), seen, told)
+
+    def _correct_place(self, state: AutoState, seen: Observation, tried: tuple[str, ...]) -> dict[str, Task]:
+        """The task as told to each strategy that can correct the error of the try before (`correct_place`), by name.
+
+        They hold the object by the same means: fingers do not drag what a wrap has dragged.
+        """
+        last, status = state.attempts[-1], self._inner_status(state)
+        told = correct_place(seen, last.task, last.told)
+        if told is None or not status.is_done or status.gave_up is not None:
+            return {}
+        able = [each.strategy for each in self._rank(with_task(seen, told), tried) if each.feasible]
+        holds = strategies.get(last.strategy).holds
+        return {name: told for name in able if strategies.get(name).holds == holds}
 
 
 def get_strategy(name: str, design: TrunkDesign, shape: ObjectSpec, stage: str | None = None) -> Strategy[Any]:
@@ -257,17 +272,29 @@ def _remember(state: AutoState, command: Command) -> tuple[AutoState, Command]:
     return replace(state, command=command, velocity=way / CONTROL_PERIOD), command
 
 
-def _begin_try(state: AutoState, candidates: tuple[Candidate, ...], observation: Observation, task: Task) -> AutoState:
-    """Plan the first feasible candidate that has a plan, or end where there is none."""
+def _begin_try(
+    state: AutoState, candidates: tuple[Candidate, ...], observation: Observation, told: dict[str, Task]
+) -> AutoState:
+    """Plan the first feasible candidate that has a plan, or end where there is none.
+
+    Args:
+        state: with the tries before.
+        candidates: strategies that were not tried, ranked.
+        observation: with the task, the object in it as it is seen.
+        told: by name, the task as a strategy is told it where that is another.
+    """
     low = float(seen_position(observation)[2])
     failed = {strategies.get(attempt.strategy).holds for attempt in state.attempts}
     able = [strategies.get(each.strategy) for each in candidates if each.feasible]
     for best in sorted(able, key=lambda each: each.holds in failed):  # Fingers that failed seldom hold it otherwise.
+        task = told.get(best.name, observation.task)
         try:
-            inner = best.init(observation)
+            inner = best.init(with_task(observation, task))
         except ModelError:
             continue
-        attempt = Attempt(strategy=best.name, began=observation.time, task=task, candidates=candidates)
+        attempt = Attempt(
+            strategy=best.name, began=observation.time, task=observation.task, told=task, candidates=candidates
+        )
         return replace(state, attempts=(*state.attempts, attempt), inner=inner, low=low)
     return replace(state, is_done=True, gave_up=_describe_end(state, candidates))
 

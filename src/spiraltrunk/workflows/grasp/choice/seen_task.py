@@ -1,4 +1,4 @@
-"""Task with the object as the camera sees it, for a further try."""
+"""Task for a further try: the object as the camera sees it, its place moved against the error of the try before."""
 
 from __future__ import annotations
 
@@ -26,6 +26,23 @@ def task_as_seen(observation: Observation) -> Task:
     off = (target.position - (goal.place - goal.aside / 2)) * [1.0, 1.0, 0.0]
     aside = min(goal.aside, -goal.aside, key=lambda way: float(np.linalg.norm(off + way)))
     return replace(task, target=target, goal=replace(goal, aside=aside, place=place))
+
+
+def correct_place(seen: Observation, task: Task, told: Task) -> Task | None:
+    """The task with its place moved against the error with which a try set the object down; None where it has toppled.
+
+    The opening trunk drags an object, and the next one drags it as far again: it is set down as far on the other side.
+
+    Args:
+        seen: with the task of the next try.
+        task: task of the try.
+        told: the same as its strategy was told it.
+    """
+    camera, goal = seen.camera, seen.task.goal
+    if camera is None or abs(float(camera.axis @ task.target.axis)) < UPRIGHT:
+        return None
+    error = (camera.position - told.goal.place) * [1.0, 1.0, 0.0]
+    return replace(seen.task, goal=replace(goal, place=goal.place - error))
 
 
 def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Target:
