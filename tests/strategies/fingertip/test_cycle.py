@@ -16,9 +16,10 @@ from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
+from spiraltrunk.strategies import resting
 from spiraltrunk.strategies.fingertip import plan
 from spiraltrunk.strategies.fingertip.cycle import FIRMER, TIGHTEN
-from spiraltrunk.strategies.fingertip.moves import put
+from spiraltrunk.strategies.fingertip.moves import EASE, put
 from spiraltrunk.strategies.fingertip.plan import closing, opening, tip_height, turned_across
 from spiraltrunk.strategies.moves import PHASES
 
@@ -269,6 +270,43 @@ def test_an_object_that_is_already_down_is_lowered_in_one_period():
     moves = put(held, seen, base, -0.5)
     assert [move.action for move in moves] == ["bring", "lower", "open", "leave", "rest"]
     assert min(move.duration for move in moves) >= DT
+
+
+def _standing(length):
+    task = _task(kind="cylinder", length=length)
+    position = np.array([0.45, 0.10, GROUND + length / 2])
+    return dataclasses.replace(task, target=dataclasses.replace(task.target, position=position))
+
+
+def test_a_tall_object_is_let_go_after_the_base_has_risen_from_where_the_ground_bore_it():
+    seen = Hand(_standing(0.15)).reset()
+    held = dataclasses.replace(
+        strategies.get("tip-grip").init(seen).sequence.moves[-1], position=np.array([0.0, 0.0, 1.3])
+    )
+    _, lower, ease, let_go, _, _ = put(held, seen, np.array([0.0, 0.0, 1.2]), -0.5)
+    assert (lower.action, ease.action, let_go.action) == ("lower", "ease", "open")
+    assert ease.gripper == lower.gripper != let_go.gripper
+    np.testing.assert_allclose(ease.position - lower.position, [0, 0, EASE], atol=1e-12)
+    np.testing.assert_array_equal(let_go.position, ease.position)
+
+
+@pytest.mark.parametrize(("length", "rests"), [(0.15, resting.MOST_RESTS), (0.03, 1)])
+def test_a_tall_object_that_rocks_is_waited_for(length, rests):
+    """It rocks for ever here: in turn to either side at each look."""
+    hand = Hand(_standing(length))
+    strategy, seen = strategies.get("tip-grip"), hand.reset()
+    state = strategy.init(seen)
+    moves = put(state.sequence.moves[-1], seen, np.array([0.45, 0.1, 1.2]), -0.5)
+    state = dataclasses.replace(state, sequence=dataclasses.replace(state.sequence, moves=moves, index=len(moves) - 2))
+    actions = []
+    for look in range(40):
+        actions.append(state.sequence.move.action)
+        axis = np.array([0.05 * (-1) ** look, 0.0, 1.0])
+        camera = CameraObservation(time=float(look), position=np.array([0.45, 0.3, GROUND]), axis=axis)
+        state = strategy.next_move(state, dataclasses.replace(seen, time=float(look), camera=camera))
+        if state.is_done:
+            break
+    assert actions == ["leave", *["rest"] * rests]
 
 
 @pytest.mark.parametrize("name", ["lift", "hold"])

@@ -13,11 +13,11 @@ from typing import TypeVar, final
 
 import numpy as np
 
-from spiraltrunk.control.messages import Observation, Task
+from spiraltrunk.control.messages import CameraObservation, Observation, Task
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.gripped_object import gripper_of, opposed_axis
-from spiraltrunk.strategies.fingertip.moves import HOVER, Curl, again, carry, grip, hover, put, reach
+from spiraltrunk.strategies.fingertip.moves import HOVER, Curl, again, carry, grip, hover, is_tall, put, reach
 from spiraltrunk.strategies.fingertip.plan import (
     CLEARANCE,
     closing,
@@ -38,6 +38,7 @@ from spiraltrunk.strategies.moves import (
     fraction,
     insert_next,
 )
+from spiraltrunk.strategies.resting import rest_until_still
 from spiraltrunk.strategies.sensing import load_fraction, seen_position, weight
 
 # All of these are ours, tuned in simulated trials.
@@ -85,6 +86,8 @@ class TipState(LoadState):
     """Observed position of the object at the grip, shape (3,) [m]."""
     seen_task: Task | None = None
     """The task with the object as it was seen before the last grip; None before the first."""
+    last_look: CameraObservation | None = None
+    """What the camera saw of the released object at the end of the move before."""
 
 
 class TipStrategy(MoveStrategy[TipState]):
@@ -150,6 +153,8 @@ class TipStrategy(MoveStrategy[TipState]):
             state = _put(state, observation)
         elif action == "lower":
             state = _stay(state, observation)
+        elif action in ("leave", "rest"):
+            state = _rest(state, observation)
         if state.sequence.is_last or state.gave_up is not None:
             return replace(state, is_done=True)
         sequence = advance(state.sequence, observation.time)
@@ -223,10 +228,21 @@ def _put(state: TipState, observation: Observation) -> TipState:
 
 def _stay(state: TipState, observation: Observation) -> TipState:
     """Open where the ground was met, not deeper."""
-    sequence, here = state.sequence, base_position(state.sequence, observation.time)
-    moves = list(sequence.moves)
-    moves[sequence.index + 1] = replace(moves[sequence.index + 1], position=here)
-    return replace(state, sequence=replace(sequence, moves=tuple(moves)))
+    sequence = state.sequence
+    deeper = sequence.move.position - base_position(sequence, observation.time)
+
+    def stay(move: Move) -> Move:
+        return replace(move, position=move.position - deeper) if move.action in ("ease", "open") else move
+
+    return replace(state, sequence=edit_moves(sequence, sequence.index + 1, stay))
+
+
+def _rest(state: TipState, observation: Observation) -> TipState:
+    """Add rests until a tall object, which rocks once it is let go, is seen to stand still."""
+    sequence = state.sequence
+    if sequence.move.action == "rest" and is_tall(observation.task):
+        sequence = rest_until_still(sequence, observation, state.last_look)
+    return replace(state, sequence=sequence, last_look=observation.camera)
 
 
 def _mean(readings: tuple[Reading, ...]) -> Reading:

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.strategies.fingertip.gripped_object import gripper_of, object_height
@@ -50,6 +50,9 @@ NEAR = 0.4
 """Height above the expected touch-down from which the object is lowered slowly [-]."""
 TOUCH_SPEED = 0.02
 """Mean speed there [m/s]: the loss of weight shows the touch-down after 0.2 s, 4 mm."""
+EASE, EASE_TIME = 0.003, 0.3
+"""Rise of the base between touch-down of a tall object and the opening [m], and its time [s]: lowered until the ground
+bears it, trunk and object are pressed together and bend sideways, most as the fingers let go of it."""
 OPEN_TIME = 0.8
 """Time in which the fingers open [s]."""
 REST_TIME = 0.3
@@ -136,6 +139,11 @@ def carry(checked: Move, observation: Observation, curl: Curl | None, place: np.
     return taut, flip, over, hold, back, replace(back, action="look over", duration=CHECK)
 
 
+def is_tall(task: Task) -> bool:
+    """Whether the object is taller than `TALL`."""
+    return object_height(task) > TALL
+
+
 def put(held: Move, observation: Observation, base: np.ndarray, gripper: float) -> tuple[Move, ...]:
     """Lower the base to ``base``, shape (3,) [m], at which the object stands; open with ``gripper`` [-]; leave."""
     task = observation.task
@@ -148,11 +156,12 @@ def put(held: Move, observation: Observation, base: np.ndarray, gripper: float) 
     )  # fmt: skip
     down = max(CONTROL_PERIOD, float(slowly[2]) / TOUCH_SPEED)
     lower = replace(bring, action="lower", milestone=Milestone.SET_DOWN, duration=down, position=base)
-    let_go = replace(lower, action="open", milestone=Milestone.RELEASED, duration=OPEN_TIME, gripper=gripper)
-    is_tall = object_height(task) > TALL
-    rise = travel_time(above - base, acceleration=GRIP_ACCELERATION) if is_tall else travel_time(above - base)
+    up = base + np.array([0.0, 0.0, EASE])
+    eased = (lower, replace(lower, action="ease", duration=EASE_TIME, position=up)) if is_tall(task) else (lower,)
+    let_go = replace(eased[-1], action="open", milestone=Milestone.RELEASED, duration=OPEN_TIME, gripper=gripper)
+    rise = travel_time(above - base, acceleration=GRIP_ACCELERATION) if is_tall(task) else travel_time(above - base)
     leave = replace(let_go, action="leave", duration=rise, position=above)
-    return bring, lower, let_go, leave, replace(leave, action="rest", duration=REST_TIME)
+    return bring, *eased, let_go, leave, replace(leave, action="rest", duration=REST_TIME)
 
 
 def again(checked: Move, base: np.ndarray, above: np.ndarray, gripper: float) -> tuple[Move, ...]:

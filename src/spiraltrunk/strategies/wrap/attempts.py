@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +18,6 @@ from spiraltrunk.strategies.moves import (
     insert_next,
     shift_later,
 )
-from spiraltrunk.strategies.object_measures import TOPPLED
 from spiraltrunk.strategies.wrap.standing_plan import ACCELERATION, TEST
 
 # All of these are ours, tuned in simulated trials.
@@ -112,11 +110,6 @@ def lift_further(sequence: MoveSequence, observation: Observation, stood: float)
         lambda move: replace(move, duration=longer * move.duration) if move.action == "lift" else move,
     )  # fmt: skip
     return shift_later(slower, np.array([0.0, 0.0, CUT + sag]), PHASES[2:3])
-
-
-def has_toppled(observation: Observation) -> bool:
-    """Whether the camera sees that the object, which stood, has toppled; false without one."""
-    return observation.camera is not None and abs(float(observation.camera.axis[2])) < math.cos(TOPPLED)
 
 
 def try_again(sequence: MoveSequence) -> tuple[Move, ...]:

@@ -1,4 +1,4 @@
-"""Setting a wrapped object down: over its place, on its low edge where it leans, until it is seen to stand still.
+"""Setting a wrapped object down: over its place, on its low edge where it leans.
 
 The base of a low wrap has no room to turn away the whole lean, as its housing would meet the ground.
 """
@@ -13,7 +13,6 @@ import numpy as np
 from spiraltrunk.control.messages import CameraObservation, Observation
 from spiraltrunk.strategies.moves import Move, MoveSequence, base_position, edit_moves, insert_next, shift_later
 from spiraltrunk.strategies.wrap.arm_lag import LAG
-from spiraltrunk.strategies.wrap.attempts import has_toppled
 from spiraltrunk.strategies.wrap.standing_plan import clear_height
 from spiraltrunk.strategies.wrap.upright import set_down_upright
 
@@ -27,11 +26,6 @@ LOOK_ERROR = 0.005
 OFF, CENTRING_TIME = 0.008, 0.4
 """Distance from where an object is to be over its place from which it is first moved there [m], and the least time for
 it [s] (ours): the lowering ends where the ground is met, before the whole of its way aside."""
-STILL = 0.002
-"""Way of the released object's top from one look of the camera to the next from which it still moves [m]: a camera's
-errors vary by less. A tall box that is let go rocks on its edges."""
-SEEN_STILL, MOST_RESTS = 2, 10
-"""Times that such an object must be seen still before the end, and largest number of rests until then [-]."""
 
 
 def set_down_clear(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
@@ -115,22 +109,3 @@ def find_ground(observation: Observation) -> float:
 
 def _sine_of_lean(camera: CameraObservation) -> float:
     return min(1.0, float(np.linalg.norm(camera.axis[:2])))
-
-
-def rest_until_still(
-    sequence: MoveSequence, observation: Observation, before: CameraObservation | None
-) -> MoveSequence:
-    """The sequence with further rests after the present one, where the released object is not seen still.
-
-    It is still where a later look than ``before`` shows its top in the same place. Then no rest is added, nor for what
-    has toppled, nor without a camera; else as many as SEEN_STILL, and no more than MOST_RESTS in all.
-    """
-    camera, half = observation.camera, observation.task.target.length / 2
-    if camera is None or before is None or has_toppled(observation):
-        return sequence
-    moved = camera.position + half * camera.axis - (before.position + half * before.axis)
-    if camera.time > before.time and float(np.linalg.norm(moved)) <= STILL:
-        return sequence
-    count = [move.action for move in sequence.moves].count("rest")
-    left = len(sequence.moves) - 1 - sequence.index
-    return insert_next(sequence, (sequence.move,) * min(SEEN_STILL - left, MOST_RESTS - count))

@@ -54,6 +54,7 @@ from spiraltrunk.strategies.moves import (
     shift_later,
     turn_left,
 )
+from spiraltrunk.strategies.resting import has_toppled, rest_until_still
 from spiraltrunk.strategies.sensing import measure_lean, seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import counter_tension, hold_lengths, hold_lengths_in
 from spiraltrunk.strategies.wrap.approach import approach_direction
@@ -62,7 +63,6 @@ from spiraltrunk.strategies.wrap.attempts import (
     PRESS,
     carry_higher,
     go_on,
-    has_toppled,
     is_jammed,
     lift_further,
     may_rise,
@@ -80,7 +80,6 @@ from spiraltrunk.strategies.wrap.set_down import (
     DRAG,
     center_place,
     is_on_ground,
-    rest_until_still,
     set_down_clear,
 )
 from spiraltrunk.strategies.wrap.standing_model import least_width
