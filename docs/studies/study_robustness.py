@@ -50,7 +50,8 @@ RADII = ("arm radius 36 mm", "arm radius 55 mm")
 """Conditions that change the radius of the arm's last link."""
 
 LATER_SEEDS = {
-    **{("friction 0.15", name): 8228 for name in RECOUNTED},
+    **{("friction 0.15", name): 8228 for name in ("wrap-vertical", "sweep")},
+    **{("friction 0.15", name): 8233 for name in RECOUNTED[1:4]},
     **{(radius, name): 8229 for radius in RADII for name in RECOUNTED[1:]},
     **{(radius, "wrap-vertical"): 8230 for radius in RADII},
     **{(trunk, name): 8231 for trunk in ("m 1.45", "m 1.7", "sections of 20 deg") for name in RECOUNTED},
