@@ -46,7 +46,8 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
     """Warn where the models rank the strategy as infeasible for the object as it rests, or as the strategy lays it."""
     from spiraltrunk.strategies.assessment import assess
-    from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
+    from spiraltrunk.workflows.grasp.choice.auto import Auto
+    from spiraltrunk.workflows.grasp.choice.orientation import find_orientation
     from spiraltrunk.workflows.grasp.choice.ranking import announce_task
 
     if strategy.job != "grasp" or strategy.number == 0:
@@ -69,7 +70,8 @@ def warn_laid(strategy: Strategy[Any], shape: ObjectSpec) -> None:
     """Tell that a choice of strategies lays an object down that would hardly stand as it is described."""
     from spiraltrunk.sim.objects.presentation import natural_orientation
     from spiraltrunk.sim.objects.profile import compute_profile
-    from spiraltrunk.workflows.grasp.choice.auto import AUTO, STANDS, find_orientation
+    from spiraltrunk.workflows.grasp.choice.auto import AUTO
+    from spiraltrunk.workflows.grasp.choice.orientation import STANDS, find_orientation
 
     is_chosen_on_ground = strategy.name == AUTO and strategy.support == "ground"
     if is_chosen_on_ground and natural_orientation(shape) == "upright" and find_orientation(shape) == "lying":

@@ -23,14 +23,13 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, UnknownName
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
-from spiraltrunk.sim.objects.presentation import natural_orientation
-from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.strategies.moves import Move, MoveSequence, advance, begin, command_at, fraction
 from spiraltrunk.strategies.policy.library import PREFIX, get_policy, is_policy
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate, find_highest_base, list_strategies, rank
+from spiraltrunk.workflows.grasp.choice.orientation import find_orientation
 from spiraltrunk.workflows.grasp.choice.seen_task import correct_place, task_as_seen
 
 AUTO = "auto"
@@ -48,16 +47,6 @@ BACK_SPEED = 0.15
 """Mean speed of the base on its way back [m/s] (ours)."""
 LOOK_TIME = 1.6
 """Time in which the camera looks again [s] (ours): three observations."""
-
-STANDS = math.radians(5.0)
-"""Least angle of toppling of an object that is left standing on end [rad] (ours)."""
-
-TALL, COMPACT = 0.06, 1.5
-"""Least height [m], and largest ratio of the widths seen from above [-], of an object on its side that counts as
-standing (ours): a wrap may take it, and fingers need not turn across it."""
-BEYOND_FINGERS, COMPACT_WIDE = 0.065, 2.0
-"""Least width of an object that fingers do not go round [m], as of a mug, and that ratio for it [-] (ours): with its
-handle it is longer than wide."""
 
 
 @explain_fields
@@ -247,20 +236,6 @@ def list_objects(name: str) -> tuple[str, ...]:
     if name != AUTO and name not in strategies.NAMES:
         raise UnknownName("strategy", name, (*strategies.NAMES, AUTO, f"{PREFIX}FILE.safetensors"))
     return Auto.objects if name == AUTO else strategies.get(name).objects
-
-
-def find_orientation(shape: ObjectSpec) -> str:
-    """How an object on the ground is described: "upright" by its vertical axis, or "lying" by its level one.
-
-    The object itself rests as its measures or its file state. An object that would hardly stand is laid down, unless a
-    pose was given.
-    """
-    if natural_orientation(shape) == "upright":
-        would_fall = shape.kind != "sphere" and compute_profile(shape).topple_angle < STANDS
-        return "lying" if would_fall and not shape.pose else "upright"
-    length, across, height = shape.size
-    most = COMPACT if across < BEYOND_FINGERS else COMPACT_WIDE
-    return "upright" if height >= TALL and length <= most * across else "lying"
 
 
 def _rank_with(reach: ArmReach) -> Ranking:

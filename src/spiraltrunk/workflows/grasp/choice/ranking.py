@@ -13,9 +13,10 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.scene.build import build_task
-from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
+from spiraltrunk.workflows.grasp.choice.auto import Auto
 from spiraltrunk.workflows.grasp.choice.candidates import STAGES, Candidate
 from spiraltrunk.workflows.grasp.choice.ground import compare_grounds, list_scenes, rank_scene
+from spiraltrunk.workflows.grasp.choice.orientation import find_orientation
 from spiraltrunk.workflows.grasp.choice.other_grounds import join_grounds
 from spiraltrunk.workflows.grasp.world import AS_ANNOUNCED, draw_scene
 
