@@ -145,7 +145,9 @@ def is_tall(task: Task) -> bool:
 
 
 def put(held: Move, observation: Observation, base: np.ndarray, gripper: float) -> tuple[Move, ...]:
-    """Lower the base to ``base``, shape (3,) [m], at which the object stands; open with ``gripper`` [-]; leave."""
+    """Lower the base to ``base``, shape (3,) [m], at which the object stands; rise by `EASE` where it is tall; open
+    with ``gripper`` [-]; leave.
+    """
     task = observation.task
     slowly = np.array([0.0, 0.0, min(NEAR * gripper_of(task).finger_length, held.position[2] - base[2])])
     near, above = base + slowly, np.array([base[0], base[1], held.position[2]])

@@ -172,14 +172,14 @@ def test_the_third_try_corrects_the_error_of_the_second():
     goal = first.task.goal
     told = replace(first.task, goal=replace(goal, place=goal.place + np.array([0.03, 0.0, 0.0])))
     camera = CameraObservation(time=0.0, position=goal.place + np.array([0.01, -0.02, 0.0]), axis=_UP)
-    again = correct_place(replace(first, camera=camera), first.task, told)
+    again = correct_place(replace(first, camera=camera), told)
     assert again.goal.place == pytest.approx(goal.place + np.array([0.02, 0.02, 0.0]))
 
 
 def test_the_place_is_not_corrected_by_where_an_object_has_toppled():
     first = Hand(_task()).reset()
     camera = CameraObservation(time=0.0, position=first.task.goal.place + 0.1, axis=np.array([1.0, 0.0, 0.0]))
-    assert correct_place(replace(first, camera=camera), first.task, first.task) is None
+    assert correct_place(replace(first, camera=camera), first.task) is None
 
 
 def test_after_fingers_let_go_beside_the_place_a_wrap_is_told_the_place_itself():

@@ -190,21 +190,20 @@ class Auto(Strategy[AutoState]):
             return replace(state, back=advance(state.back, observation.time))
         tried = tuple(attempt.strategy for attempt in state.attempts)
         seen = with_task(observation, task_as_seen(observation))
-        told = self._correct_place(state, seen, tried)
-        return _begin_try(replace(state, back=None), self._rank(seen, tried), seen, told)
+        corrected = self._correct_place(state, seen, tried)
+        return _begin_try(replace(state, back=None), self._rank(seen, tried), seen, corrected)
 
     def _correct_place(self, state: AutoState, seen: Observation, tried: tuple[str, ...]) -> dict[str, Task]:
-        """The task as told to each strategy that can correct the error of the try before (`correct_place`), by name.
-
-        They hold the object by the same means: fingers do not drag what a wrap has dragged.
+        """The task with its place corrected by the error of the try before (`correct_place`), by name of the strategies
+        that reach it and hold the object by the same means: fingers do not drag what a wrap has dragged.
         """
         last, status = state.attempts[-1], self._inner_status(state)
-        told = correct_place(seen, last.task, last.told)
-        if told is None or not status.is_done or status.gave_up is not None:
+        corrected = correct_place(seen, last.told)
+        if corrected is None or not status.is_done or status.gave_up is not None:
             return {}
-        able = [each.strategy for each in self._rank(with_task(seen, told), tried) if each.feasible]
+        able = [each.strategy for each in self._rank(with_task(seen, corrected), tried) if each.feasible]
         holds = strategies.get(last.strategy).holds
-        return {name: told for name in able if strategies.get(name).holds == holds}
+        return {name: corrected for name in able if strategies.get(name).holds == holds}
 
 
 def get_strategy(name: str, design: TrunkDesign, shape: ObjectSpec, stage: str | None = None) -> Strategy[Any]:
@@ -248,7 +247,7 @@ def _remember(state: AutoState, command: Command) -> tuple[AutoState, Command]:
 
 
 def _begin_try(
-    state: AutoState, candidates: tuple[Candidate, ...], observation: Observation, told: dict[str, Task]
+    state: AutoState, candidates: tuple[Candidate, ...], observation: Observation, corrected: dict[str, Task]
 ) -> AutoState:
     """Plan the first feasible candidate that has a plan, or end where there is none.
 
@@ -256,19 +255,19 @@ def _begin_try(
         state: with the tries before.
         candidates: strategies that were not tried, ranked.
         observation: with the task, the object in it as it is seen.
-        told: by name, the task as a strategy is told it where that is another.
+        corrected: the task with its place corrected, by name of the strategies that are told this one instead.
     """
     low = float(seen_position(observation)[2])
     failed = {strategies.get(attempt.strategy).holds for attempt in state.attempts}
     able = [strategies.get(each.strategy) for each in candidates if each.feasible]
     for best in sorted(able, key=lambda each: each.holds in failed):  # Fingers that failed seldom hold it otherwise.
-        task = told.get(best.name, observation.task)
+        told = corrected.get(best.name, observation.task)
         try:
-            inner = best.init(with_task(observation, task))
+            inner = best.init(with_task(observation, told))
         except ModelError:
             continue
         attempt = Attempt(
-            strategy=best.name, began=observation.time, task=observation.task, told=task, candidates=candidates
+            strategy=best.name, began=observation.time, task=observation.task, told=told, candidates=candidates
         )
         return replace(state, attempts=(*state.attempts, attempt), inner=inner, low=low)
     return replace(state, is_done=True, gave_up=_describe_end(state, candidates))

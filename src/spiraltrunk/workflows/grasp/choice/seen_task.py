@@ -28,18 +28,17 @@ def task_as_seen(observation: Observation) -> Task:
     return replace(task, target=target, goal=replace(goal, aside=aside, place=place))
 
 
-def correct_place(seen: Observation, task: Task, told: Task) -> Task | None:
+def correct_place(seen: Observation, told: Task) -> Task | None:
     """The task with its place moved against the error with which a try set the object down; None where it has toppled.
 
     The opening trunk drags an object, and the next one drags it as far again: it is set down as far on the other side.
 
     Args:
         seen: with the task of the next try.
-        task: task of the try.
-        told: the same as its strategy was told it.
+        told: the task of the try, as its strategy was told it.
     """
     camera, goal = seen.camera, seen.task.goal
-    if camera is None or abs(float(camera.axis @ task.target.axis)) < UPRIGHT:
+    if camera is None or abs(float(camera.axis @ told.target.axis)) < UPRIGHT:
         return None
     error = (camera.position - told.goal.place) * [1.0, 1.0, 0.0]
     return replace(seen.task, goal=replace(goal, place=goal.place - error))
