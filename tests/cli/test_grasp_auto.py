@@ -9,7 +9,7 @@ import pytest
 
 import spiraltrunk.workflows.grasp.choice.ranking
 from spiraltrunk import cli
-from spiraltrunk.cli.verbs.grasp import format_verdict
+from spiraltrunk.cli.verbs.grasp import _format_choice, format_verdict
 
 HEAVY = "cylinder:diameter_mm=300,height_mm=200,mass_g=900"
 
@@ -52,3 +52,14 @@ def test_a_thing_that_would_hardly_stand_is_told_as_laid_down(capsys: pytest.Cap
         err = capsys.readouterr().err
         assert told in err
         assert bool(told) == bool(err)
+
+
+def test_a_try_that_aims_beside_the_place_says_so() -> None:
+    tries = [
+        {"strategy": "wrap-oblique-low", "start_s": 0.0, "outcome": "set down askew", "place_correction_m": [0.0] * 3},
+        {"strategy": "wrap-oblique", "start_s": 30.0, "outcome": "lifted", "place_correction_m": [0.03, -0.04, 0.0]},
+    ]
+    text = _format_choice({"attempts": tries, "candidates": [], "world": {"ground_m": None}})
+    rows = dict(line.split(maxsplit=1) for line in text.splitlines() if line.strip().startswith("wrap"))
+    assert rows["wrap-oblique-low"] == "set down askew"
+    assert rows["wrap-oblique"] == "lifted; aimed 5 cm beside the place, against the error before"

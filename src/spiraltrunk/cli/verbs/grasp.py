@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 from pathlib import Path
@@ -220,13 +221,19 @@ def _format_choice(result: dict[str, Any]) -> str:
 
     if "candidates" not in result:
         return ""
-    tries = [(each["strategy"], each["outcome"]) for each in result["attempts"]]
+    tries = [(each["strategy"], each["outcome"] + _format_correction(each)) for each in result["attempts"]]
     ranked = [(each["strategy"], f"{each['score']:.2f}", each["reason"]) for each in result["candidates"]]
     tried = f"\n{format_table(tries, title='tried', indent=2)}" if tries else ""
     ground = result["world"]["ground_m"]
     title = "ranked" if ground is None else f"ranked, over a ground of {ground:g} m unless another is told"
     pushes = "" if ground is None else f"\n  {_PUSHES}"
     return f"{tried}\n{format_table(ranked, title=title, indent=2)}{pushes}"
+
+
+def _format_correction(attempt: dict[str, Any]) -> str:
+    """By how far a try aimed beside the place, against the error of the try before; empty where it did not."""
+    aside = math.hypot(*attempt["place_correction_m"])
+    return f"; aimed {100 * aside:.0f} cm beside the place, against the error before" if aside > 0.0 else ""
 
 
 def _scaled(value: float | None, factor: float = 1.0) -> str:

@@ -124,9 +124,13 @@ def _describe_world(options: SceneOptions) -> dict[str, Any]:
 def _compute_choice(candidates: tuple[Candidate, ...], trial: Trial) -> dict[str, Any]:
     """What a run that chose its strategy ranked, over all grounds, and tried."""
     tries = (
-        {"strategy": each.strategy, "start_s": each.began, "outcome": each.outcome or trial.verdict.reason}
+        {
+            "strategy": each.strategy, "start_s": each.began,
+            "place_correction_m": list(each.told.goal.place - each.task.goal.place),
+            "outcome": each.outcome or trial.verdict.reason,
+        }
         for each in list_attempts(trial.log)
-    )
+    )  # fmt: skip
     ranked = rank_over_grounds(trial.plant.task.design, trial.options, candidates)
     return {"candidates": [asdict(each) for each in ranked], "attempts": list(tries)}
 

@@ -16,6 +16,7 @@ from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.strategies.moves import base_position
+from spiraltrunk.workflows.grasp.artifacts import compute_result
 from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, _plan_way_back, get_strategy, list_objects
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.seen_task import correct_place, task_as_seen
@@ -275,6 +276,9 @@ def test_a_real_second_try_corrects_by_how_far_the_first_dragged_the_object():
     assert "cm from its place" in first.outcome
     assert later[0].told.goal.place != pytest.approx(later[0].task.goal.place, abs=0.03)
     assert trial.verdict.success, trial.verdict.reason
+    told = compute_result(trial, "auto")["attempts"]
+    assert told[0]["place_correction_m"] == [0.0, 0.0, 0.0]
+    assert told[1]["place_correction_m"] == pytest.approx(later[0].told.goal.place - later[0].task.goal.place)
 
 
 def test_names_and_stages_are_checked():
