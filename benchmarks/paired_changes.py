@@ -7,6 +7,7 @@ A variant gives constants or functions of the package other values. The sets:
 - ``slender``: taller than 70 mm and up to 36 mm wide on one side, which fingers take first;
 - ``low-wide`` and ``tall-wide``: more than 99 mm wide from above, lower or taller than 1.15 times that, and no limit of
   the height over that width but 1;
+- ``near-fingers``: wider than what fingers hold by up to 4 mm, tried by `tip-grip` all the same;
 - ``heavy``: too heavy for `wrap-oblique-low` by up to 40 % of what it holds, tried by it all the same.
 
 Every row is kept as it ends, so that the same command goes on after an interruption.
@@ -41,6 +42,7 @@ from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, parse_object
 from spiraltrunk.sim.objects.presentation import as_measured
 from spiraltrunk.strategies import get
+from spiraltrunk.strategies.fingertip import assess as finger_assess
 from spiraltrunk.strategies.fingertip import cycle, moves
 from spiraltrunk.strategies.object_measures import height_of, widths_between
 from spiraltrunk.strategies.wrap import assess, standing_plan
@@ -56,6 +58,7 @@ Patch = tuple[Any, str, Any]
 """Module, name in it, and the value that it has in a variant."""
 
 ANY_HEIGHT: Patch = (assess, "SQUAT_HEIGHT", 1.0)
+WIDER = ((finger_assess, "SLAB", 0.9), (finger_assess, "SPARE", 0.001), (finger_assess, "HELD_OPENING", 0.975))
 LIGHT = 0.2
 """Push up to which what topples is light [N]."""
 EXCESS = 0.4
@@ -107,6 +110,14 @@ def is_wide(shape: ObjectSpec, *, is_low: bool) -> bool:
         return find_best(shape).startswith("wrap")
 
 
+def is_near_fingers(shape: ObjectSpec) -> bool:
+    """Whether fingers refuse a thing for its width alone, by up to 4 mm."""
+    if find_candidate(shape, FINGERS).feasible:
+        return False
+    with patched(WIDER):
+        return find_candidate(shape, FINGERS).feasible
+
+
 def is_heavy(shape: ObjectSpec) -> bool:
     """Whether a wrap refuses a thing for its mass, and takes it where it has 1 / 1.4 of it."""
     if "too heavy" not in find_candidate(shape, WRAP).reason:
@@ -153,6 +164,7 @@ SETS = {
     }),
     "low-wide": PairedSet((11000, 13139), partial(is_wide, is_low=True), {"tried": (ANY_HEIGHT,)}),
     "tall-wide": PairedSet((11000, 13139), partial(is_wide, is_low=False), {"as it is": ()}),
+    "near-fingers": PairedSet((11000, 13131), is_near_fingers, {"forced": ()}, FINGERS),
     "heavy": PairedSet((11000, 13731), is_heavy, {"forced": ()}, WRAP),
 }  # fmt: skip
 

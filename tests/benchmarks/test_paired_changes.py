@@ -31,6 +31,8 @@ def pairs(monkeypatch):
         ("box:x_mm=30,y_mm=30,z_mm=120,mass_g=40", {"slender"}),
         ("cylinder:diameter_mm=105,height_mm=112,mass_g=200", {"low-wide"}),
         ("cylinder:diameter_mm=105,height_mm=180,mass_g=200", {"tall-wide"}),
+        ("cylinder:diameter_mm=37,height_mm=60,mass_g=40", {"near-fingers"}),
+        ("cylinder:diameter_mm=43,height_mm=60,mass_g=40", set()),
         ("cylinder:diameter_mm=60,height_mm=180,mass_g=1700", {"heavy"}),
         ("cylinder:diameter_mm=60,height_mm=180,mass_g=4000", set()),
     ],
@@ -40,7 +42,7 @@ def test_each_set_has_the_things_that_it_says(pairs, text, expected):
     assert {name for name, own in pairs.SETS.items() if own.find(shape)} == expected
 
 
-@pytest.mark.parametrize("name", ["light", "slender", "low-wide", "tall-wide", "heavy"])
+@pytest.mark.parametrize("name", ["light", "slender", "low-wide", "tall-wide", "near-fingers", "heavy"])
 def test_variants_change_what_the_package_has(pairs, name):
     for patches in pairs.SETS[name].variants.values():
         for module, attribute, value in patches:
