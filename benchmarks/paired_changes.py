@@ -35,6 +35,7 @@ from auto_choice import draw_object
 from scipy.stats import binomtest
 
 from spiraltrunk.control.messages import Target
+from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.files.atomic import write_text
@@ -42,6 +43,7 @@ from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, parse_object
 from spiraltrunk.sim.objects.presentation import as_measured
 from spiraltrunk.strategies import get
+from spiraltrunk.strategies.assessment import assess as assess_task
 from spiraltrunk.strategies.fingertip import assess as finger_assess
 from spiraltrunk.strategies.fingertip import cycle, moves
 from spiraltrunk.strategies.object_measures import height_of, widths_between
@@ -112,17 +114,17 @@ def is_wide(shape: ObjectSpec, *, is_low: bool) -> bool:
 
 def is_near_fingers(shape: ObjectSpec) -> bool:
     """Whether fingers refuse a thing for its width alone, by up to 4 mm."""
-    if find_candidate(shape, FINGERS).feasible:
+    if assess_thing(shape, FINGERS).feasible:
         return False
     with patched(WIDER):
-        return find_candidate(shape, FINGERS).feasible
+        return assess_thing(shape, FINGERS).feasible
 
 
 def is_heavy(shape: ObjectSpec) -> bool:
     """Whether a wrap refuses a thing for its mass, and takes it where it has 1 / 1.4 of it."""
-    if "too heavy" not in find_candidate(shape, WRAP).reason:
+    if "too heavy" not in assess_thing(shape, WRAP).reason:
         return False
-    return find_candidate(replace(shape, mass=shape.mass / (1.0 + EXCESS)), WRAP).feasible
+    return assess_thing(replace(shape, mass=shape.mass / (1.0 + EXCESS)), WRAP).feasible
 
 
 def find_target(shape: ObjectSpec, strategy: str) -> Target:
@@ -130,9 +132,9 @@ def find_target(shape: ObjectSpec, strategy: str) -> Target:
     return announce_task(presets.PAPER, as_measured(shape), get(strategy)).target
 
 
-def find_candidate(shape: ObjectSpec, strategy: str) -> Any:
-    """What the choice says of a strategy."""
-    return next(each for each in rank_object(presets.PAPER, shape) if each.strategy == strategy)
+def assess_thing(shape: ObjectSpec, strategy: str) -> Assessment:
+    """What a strategy's model says of a thing, whether the arm reaches it or not."""
+    return assess_task(get(strategy), announce_task(presets.PAPER, as_measured(shape), get(strategy)))
 
 
 def find_best(shape: ObjectSpec) -> str:
