@@ -272,11 +272,59 @@ def test_what_the_model_holds_impossible_is_told_before_it_is_tried(
     from spiraltrunk.design.presets import PAPER
     from spiraltrunk.sim.objects.catalogue import parse_object
 
-    flat = parse_object("box:x_mm=150,y_mm=220,z_mm=30,mass_g=500")
-    warn_infeasible(strategies.get("wrap-oblique"), PAPER, flat)
+    squat = parse_object("cylinder:diameter_mm=110,height_mm=118,mass_g=200")
+    warn_infeasible(strategies.get("wrap-oblique"), PAPER, squat)
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("spiraltrunk: wrap-oblique is expected to fail: the object lies; this wrap takes one that")
+    assert line.startswith("spiraltrunk: wrap-oblique is expected to fail: too short for its width: 118 mm tall;")
+    assert line.endswith("; it is tried all the same")
     for name in strategies.NAMES:
         for usual in strategies.get(name).objects[:most]:
             warn_infeasible(strategies.get(name), PAPER, parse_object(usual))
     assert capsys.readouterr().err == ""
+
+
+def test_what_has_no_plan_is_refused_without_a_promise_to_try_it(capsys: pytest.CaptureFixture[str]) -> None:
+    flat = "box:x_mm=150,y_mm=220,z_mm=30,mass_g=500"
+    told = assert_refused(["grasp", "wrap-oblique", "--object", flat, "--no-video"], capsys)
+    assert "error: wrap-oblique: the object is 30 mm tall; allowed: 71 mm or more, to clear the ground" in told
+    assert "tried all the same" not in told
+
+
+@pytest.mark.parametrize(
+    ("line", "strategy", "told"),
+    [
+        ("angles_deg = [90.0, 270.0]", "wrap-vertical", "wrap-vertical: no cable pulls ventral; allowed: a design"),
+        ("angles_deg = [0.0, 5.0]", "wrap-horizontal", "wrap-horizontal: no cable pulls ventral; allowed: a design"),
+        ("a_mm = 261.3", "auto", "auto: trunk and fingers are 5.09 m long; allowed: up to 1.20 m, to hang above"),
+        ("a_mm = 9000.0", "auto", "length of the trunk is 174 m; allowed: at most 10 m in simulation"),
+        ("n_section = 200", "auto", "length of the trunk is 2.72e+06 m; allowed: at most 10 m in simulation"),
+    ],
+)  # fmt: skip
+def test_a_trunk_that_cannot_grasp_is_refused_in_one_line(
+    line: str, strategy: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from spiraltrunk.design import format_design
+    from spiraltrunk.design.presets import PAPER
+
+    key = line.partition("=")[0]
+    lines = [each for each in format_design(PAPER).splitlines() if not each.startswith("sections_g")]
+    path = tmp_path / "trunk.toml"
+    path.write_text("\n".join(line if each.startswith(key) else each for each in lines) + "\n")
+    assert cli.main(["grasp", strategy, "--object", "cylinder-60", "--design", str(path)]) == 2
+    *warned, said = capsys.readouterr().err.splitlines()
+    assert said.startswith("spiraltrunk: error: ")
+    assert told in said
+    assert all("rated for 3: its torques are checked" in each for each in warned)
+
+
+def test_a_trunk_without_fingers_is_told_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from dataclasses import replace
+
+    from spiraltrunk.design import write_design
+    from spiraltrunk.design.presets import PAPER
+
+    path = write_design(replace(PAPER, gripper=None), tmp_path / "trunk.toml")
+    told = assert_refused(["grasp", "pinch", "--object", "rod-10", "--design", str(path)], capsys)
+    assert (
+        "'rod-10' cannot be taken by pinch: the trunk 'paper' has no gripper; allowed: a design with a gripper" in told
+    )

@@ -74,7 +74,7 @@ def test_the_answer_is_the_result(tmp_path: Path, capsys: pytest.CaptureFixture[
     ("argv", "told"),
     [
         (["juggle"], "unknown strategy 'juggle'; known: wrap-vertical"),
-        (["kick,"], "unknown strategy ''"),
+        (["kick,"], "a strategy's name is empty"),
         (["kick", "--trials", "0"], "survey.trials is 0; allowed: a whole number from 1 to 100000"),
         (["kick", "--trials", "x"], "allowed: a whole number"),
         (["kick", "--format", "zarr"], "invalid choice: 'zarr'"),

@@ -100,3 +100,15 @@ def test_a_trunk_too_short_to_wrap_goes_round_nothing(capsys, tmp_path):
     assert len([line for line in text.splitlines() if "nothing: the trunk is too short to wrap" in line]) == 2
     told = json.loads(run(capsys, "cylinder-60", "--design", str(path), "--json").out)["design"]
     assert told["wrap_widths_m"] is told["held_widths_m"] is told["payload_kg"] is told["held_mass_kg"] is None
+
+
+def test_large_numbers_are_written_out(capsys):
+    assert cli.main(["object", "box:x_mm=60,y_mm=60,z_mm=60,mass_g=12345"]) == 0
+    text = capsys.readouterr().out
+    assert "12345 g" in text
+    assert "57153 kg/m3" in text
+
+
+def test_a_comma_in_a_path_is_told(capsys):
+    assert cli.main(["object", "stl:path=a,b.stl,mass_g=250"]) == 2
+    assert capsys.readouterr().err.endswith("; a path has no comma\n")

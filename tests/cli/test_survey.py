@@ -134,7 +134,10 @@ def test_all_strategies_with_their_objects_or_one(
     ("argv", "told"),
     [
         (["--strategies", "juggle"], "unknown strategy 'juggle'; known: wrap-vertical"),
-        (["--strategies", "wrap-vertical,"], "unknown strategy ''"),
+        (
+            ["--strategies", "wrap-vertical,"],
+            "a strategy's name is empty; allowed: names with commas between them, or all",
+        ),
         (["--strategies", "kick, kick"], "the strategy 'kick' is named twice; allowed: each once"),
         (["--trials", "-4"], "survey.trials is -4; allowed: a whole number from 1 to 100000"),
         (["--trials", "0"], "survey.trials is 0; allowed: a whole number from 1 to 100000"),
@@ -161,6 +164,7 @@ def test_all_strategies_with_their_objects_or_one(
         (["--timestep-ms", "inf"], "allowed: a finite number"),
         (["--shard", "5/4"], "--shard: '5/4' given; allowed: I/N, as 2/16: part I of N, I from 1 to N"),
         (["--shard", "1"], "allowed: I/N, as 2/16"),
+        (["--strategies", ","], "a strategy's name is empty; allowed: names with commas between them, or all"),
         (["--merge", "a", "--trials", "5"], "--trials is of no use with --merge, which runs nothing"),
         (["--merge", "a", "--timestep-ms", "2"], "--timestep-ms is of no use with --merge"),
         (["--compare", "a"], "expected 2 arguments"),
@@ -311,3 +315,17 @@ def test_the_robot_that_was_asked_for_runs_the_trials(
     assert tried == [replace(mine, cable=replace(mine.cable, friction=0.15)), presets.PAPER]
     assert cli.main([*survey, "--friction", "-0.1"]) == 2
     assert "cable.friction" in capsys.readouterr().err
+
+
+def test_a_shard_needs_a_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["survey", "--shard", "1/50", "--strategies", "pinch", "--trials", "1"]) == 2
+    assert capsys.readouterr().err == (
+        "spiraltrunk: error: --shard: given without --out; allowed: --out DIR, where the shard is kept to be merged\n"
+    )
+
+
+def test_trials_that_were_all_refused_are_told_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    design = write_design(replace(presets.PAPER, gripper=None), tmp_path / "trunk.toml")
+    assert cli.main(["survey", "--strategies", "pinch", "--trials", "2", "--design", str(design)]) == 0
+    told = "spiraltrunk: pinch: all 2 trials were refused before anything moved, see the reasons"
+    assert told in capsys.readouterr().err.splitlines()

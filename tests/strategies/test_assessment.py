@@ -169,3 +169,13 @@ def test_a_reason_tells_what_the_score_is_made_of():
     assert all(f"; rate {RATES[name]:g}" in reason for name, reason in reasons.items())
     assert _assess("flip-grip", 0.03, 0.03, 0.02).reason.endswith("; rate 0.94, times 0.95 for flip")
     assert ", times 0.5" in _assess("tip-grip", 0.0349, 0.03, 0.02).reason
+
+
+@pytest.mark.parametrize("angles", [(90.0, 270.0), (0.0, 5.0)])
+@pytest.mark.parametrize("name", ["wrap-oblique", "wrap-vertical"])
+def test_a_wrap_without_a_ventral_cable_is_refused(angles, name):
+    cable = replace(PAPER.cable, angles=tuple(math.radians(angle) for angle in angles))
+    task = _task(0.06, 0.24, 0.25, design=replace(PAPER, cable=cable), ground=None if "vertical" in name else GROUND)
+    found = assess(strategies.get(name), task)
+    assert not found.feasible
+    assert found.reason == "no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal"

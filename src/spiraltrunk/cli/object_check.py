@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.output import DONE, UsageError, complain
@@ -44,17 +44,24 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 
 
 def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
-    """Warn where the models rank the strategy as infeasible for the object as it rests, or as the strategy lays it."""
+    """Warn where the models rank the strategy as infeasible for the object as it rests, or as the strategy lays it.
+
+    Raises:
+        UsageError: where the strategy cannot even plan for it.
+    """
     from spiraltrunk.strategies.assessment import assess
     from spiraltrunk.workflows.grasp.choice.auto import Auto
     from spiraltrunk.workflows.grasp.choice.orientation import find_orientation
     from spiraltrunk.workflows.grasp.choice.ranking import announce_task
+    from spiraltrunk.workflows.grasp.trial import check_plan
 
     if strategy.job != "grasp" or strategy.number == 0:
         return  # A choice and a learned policy have no model of their own.
     resting = Auto(design, strategy.support, find_orientation(shape), ranking=lambda observation, tried: ())
     found = assess(strategy, announce_task(design, shape, strategy if _is_laid(strategy, shape) else resting))
     if not found.feasible:
+        with name_able(design, shape, strategy):
+            check_plan(design, shape, strategy)
         complain(f"{strategy.name} is expected to fail: {found.reason}; it is tried all the same", DONE)
 
 
@@ -97,6 +104,7 @@ def _list_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) 
     """The end of a refusal: which strategies can take the object, by their models."""
     from spiraltrunk.workflows.grasp.choice.ranking import find_able
 
-    with print_if_slow("looking for strategies that can take the object", sys.stderr):
+    able: list[str] = []
+    with print_if_slow("looking for strategies that can take the object", sys.stderr), suppress(ModelError):
         able = [name for name in find_able(design, shape) if name != strategy.name]
     return f"; what can take it: {', '.join(able)}" if able else "; no other strategy can take it"

@@ -8,13 +8,14 @@ import numpy as np
 
 from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.strategy import Assessment, Strategy
+from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.assess import assess_fingers, gripped_width
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.plan import gripping_base
 from spiraltrunk.strategies.move_strategy import MoveState
 from spiraltrunk.strategies.moves import build_frame
 from spiraltrunk.strategies.scores import refuse
-from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.sensing import find_ventral, seen_position
 from spiraltrunk.strategies.wrap.assess import assess_hung, assess_standing
 from spiraltrunk.strategies.wrap.hung import WrapVertical
 from spiraltrunk.strategies.wrap.standing import StandingWrap
@@ -28,6 +29,10 @@ def assess(strategy: Strategy[Any], task: Task) -> Assessment:
     """
     if isinstance(strategy, TipStrategy):
         return assess_fingers(strategy, task)
+    try:
+        find_ventral(task.design)
+    except ModelError as error:
+        return refuse(str(error))
     if isinstance(strategy, StandingWrap):
         return assess_standing(strategy, task)
     if isinstance(strategy, WrapVertical):

@@ -61,7 +61,16 @@ def test_exchanged_weights(policy_file: Path) -> None:
 def test_missing_files(policy_file: Path, tmp_path: Path) -> None:
     assert "exists" in refuse(tmp_path / "none.safetensors")
     policy_file.with_suffix(".json").unlink()
-    assert "small.json" in refuse(policy_file)
+    told = refuse(policy_file)
+    assert "small.json' is a file that cannot be read: " in told
+    assert told.endswith("; allowed: the JSON file that `learn` writes beside small.safetensors")
+
+
+def test_what_the_description_lacks_is_told_once(policy_file: Path) -> None:
+    change_text(policy_file, lambda values: values | {"format": "other"})
+    told = refuse(policy_file)
+    assert told.endswith("small.json': policy.format is another; allowed: spiraltrunk policy 1")
+    assert told.count("allowed") == 1
 
 
 def test_other_ending_is_refused_unread(tmp_path: Path) -> None:

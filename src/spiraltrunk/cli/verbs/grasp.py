@@ -55,7 +55,8 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--object", type=read_text, metavar="NAME",
-        help="a catalogue name, or a solid such as cylinder:diameter_mm=72,height_mm=180,mass_g=350",
+        help="a catalogue name, a solid such as cylinder:diameter_mm=72,height_mm=180,mass_g=350, or a file such as "
+        "stl:path=cup.stl,mass_g=120 (or obj, mjcf)",
     )  # fmt: skip
     parser.add_argument(
         "--stage", choices=("ground", "hung"), metavar="STAGE",
@@ -203,11 +204,15 @@ def format_verdict(result: dict[str, Any]) -> str:
     if result.get("attempts") == []:  # Nothing moved.
         return f"{title}: no strategy can take it{_format_choice(result)}"
     head = "success" if result["success"] else f"failed: {result['reason']}"
-    rows = [
+    lifted = [
         ("lifted", f"{_scaled(result['lift_m'], 1e3)} mm"),
         ("carried", f"{_scaled(result['carry_m'], 1e3)} mm"),
         ("held by the trunk alone", f"{_scaled(result['hold_s'])} s"),
         ("set down from the target", f"{_scaled(result['place_error_m'], 1e3)} mm"),
+    ]
+    is_kick = result["strategy"] == "kick"
+    rows = [
+        *([("pushed", f"{_scaled(result['carry_m'], 1e3)} mm")] if is_kick else lifted),
         ("deepest overlap", f"{_scaled(result['max_penetration_m'], 1e3)} mm"),
         ("largest joint angle", f"{_scaled(result['max_joint_deg'])} deg"),
         ("speed", f"{_scaled(result['real_time_factor'])} times real time"),

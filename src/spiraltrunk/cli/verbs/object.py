@@ -103,8 +103,8 @@ def _format_table(figures: dict[str, Any]) -> str:
     rows = [
         ("extents", f"{_measures(figures['extents_m'])} mm, length x width x height as it rests"),
         ("rests", f"{rests}, {falls}; support radius {mm['support_radius_m']}"),
-        ("mass", f"{1e3 * figures['mass_kg']:.4g} g"),
-        ("volume", f"{1e6 * figures['volume_m3']:.4g} cm3, {figures['density_kg_m3']:.3g} kg/m3"),
+        ("mass", f"{_format_whole(1e3 * figures['mass_kg'])} g"),
+        ("volume", f"{1e6 * figures['volume_m3']:.4g} cm3, {_format_whole(figures['density_kg_m3'])} kg/m3"),
         (
             "centre of mass",
             f"{z:.1f} mm high, {round(x, 1) + 0.0:.1f}, {round(y, 1) + 0.0:.1f} mm from the middle along length, width",
@@ -117,6 +117,11 @@ def _format_table(figures: dict[str, Any]) -> str:
     if "design" in figures:
         rows += _list_design(figures["design"])
     return "\n\n".join([format_table(rows, title=figures["object"], indent=2), _format_profile(figures["profile"])])
+
+
+def _format_whole(value: float) -> str:
+    """A number with four digits, and with all its whole ones."""
+    return f"{value:.0f}" if value >= 1e3 else f"{value:.4g}"
 
 
 def _falls(tilt: float) -> str:

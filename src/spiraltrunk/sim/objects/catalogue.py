@@ -210,6 +210,8 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
             more = "".join(f"[,{name}={_WORDS.get(name, '')}]" for name in options)
             got = part.strip() or Unquoted("empty, between or after commas")
             form = f"name=value, each measure once: {_form(kind)}{more}"
+            if not equals and "path" in given:
+                form += "; a path has no comma"
             raise DesignError("measure of the object", got=got, allowed=form)
         given[name] = value
     missing = [name for name in MEASURES[kind] if name not in given]

@@ -26,6 +26,9 @@ from spiraltrunk.sim.scene.supports import add_ground, add_hung_object, add_tabl
 PEDESTAL_SIZE, PEDESTAL_CENTER = (0.13, 0.12), (-0.04, 0.0)
 """Half extents and centre of the pedestal, level [m] (ours)."""
 
+MOST_LENGTH, MOST_MASS = 10.0, 1000.0
+"""Largest length of the straight trunk [m] and mass of its sections and gripper [kg] in a simulation (ours)."""
+
 TOLERANCE, TOLERANCE_HARD = 1e-6, 1e-8
 """Tolerances of MuJoCo's solver below and from a hardness of friction of HARD (ours) [-]. At 1e-6 rates are those of
 1e-8, with fewer iterations; but forces on a light object in hard friction end short of balance, and it creeps: a ball
@@ -92,6 +95,7 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     options = SceneOptions() if options is None else options
     check_type("design", design, TrunkDesign)
     check_type("options", options, SceneOptions)
+    _check_size(design)
     try:
         model = compile_spec(build_spec(design, options))
     except DesignError:  # Of a file, which is refused before MuJoCo builds anything.
@@ -102,6 +106,18 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     _limit_time_constants(model)
     tune_joint_limits(model, design)
     return model
+
+
+def _check_size(design: TrunkDesign) -> None:
+    """Refuse a trunk so large that only a mistyped number gives it; MuJoCo would warn and never end."""
+    for name, value, most, unit in (
+        ("length of the trunk", design.length, MOST_LENGTH, "m"),
+        ("mass of the trunk", design.total_mass, MOST_MASS, "kg"),
+    ):
+        if not value <= most:
+            raise DesignError(
+                name, got=Unquoted(f"{value:.3g} {unit}"), allowed=f"at most {most:g} {unit} in simulation"
+            )
 
 
 def _limit_time_constants(model: mujoco.MjModel) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spiraltrunk.errors import DesignError, SpiralTrunkError, Unquoted, describe_reason
+from spiraltrunk.errors import DesignError, SpiralTrunkError, UnknownName, Unquoted, describe_reason
 from spiraltrunk.files.atomic import write_file, write_text
 from spiraltrunk.strategies.policy.description import Layers, PolicyDescription, format_description, parse_description
 from spiraltrunk.strategies.policy.network import Network
@@ -41,13 +41,16 @@ def load_policy(path: str | Path) -> tuple[PolicyDescription, dict[str, Network]
         got = str(path) if place.name else Unquoted("no file")
         raise DesignError("policy", got=got, allowed=f"a file that ends in {SUFFIX}")
     data = _read_limited(place, WEIGHTS_MOST)
-    text = _read_limited(place.with_suffix(".json"), TEXT_MOST)
+    told = place.with_suffix(".json")
+    text = _read_limited(told, TEXT_MOST, f"the JSON file that `learn` writes beside {place.name}")
     try:
         description = parse_description(text.decode())
     except UnicodeDecodeError:
-        raise _refuse(place.with_suffix(".json"), "no UTF-8 text", "the JSON file that `learn` writes") from None
-    except SpiralTrunkError as error:
-        raise DesignError(str(place.with_suffix(".json")), got=Unquoted("refused"), allowed=str(error)) from None
+        raise _refuse(told, "no UTF-8 text", "the JSON file that `learn` writes") from None
+    except DesignError as error:
+        raise DesignError(error.name, got=error.got, allowed=error.allowed, file=str(told)) from None
+    except UnknownName as error:
+        raise _refuse(told, f"with {error.name!r}", f"of {', '.join(error.known)}") from None
     if description.weights_sha256 != hashlib.sha256(data).hexdigest():
         raise _refuse(place, "not the file that its JSON file describes", "both files as `learn` wrote them")
     return description, _build_networks(place, description, _parse_tensors(place, data))
@@ -149,7 +152,7 @@ def _build_network(key: str, layers: Layers, tensors: Mapping[str, np.ndarray]) 
     )  # fmt: skip
 
 
-def _read_limited(path: Path, most: int) -> bytes:
+def _read_limited(path: Path, most: int, allowed: str = "a file that exists") -> bytes:
     """Content of a regular file of at most ``most`` bytes; opening a pipe or a device neither waits nor reads."""
     try:
         with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
@@ -163,7 +166,7 @@ def _read_limited(path: Path, most: int) -> bytes:
     except (OSError, ValueError) as error:
         if isinstance(error, SpiralTrunkError):
             raise
-        raise _refuse(path, f"a file that cannot be read: {describe_reason(error)}", "a file that exists") from None
+        raise _refuse(path, f"a file that cannot be read: {describe_reason(error)}", allowed) from None
 
 
 def _refuse(path: Path, reason: str, allowed: str) -> DesignError:

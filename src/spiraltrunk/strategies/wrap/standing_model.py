@@ -14,13 +14,14 @@ import numpy as np
 
 from spiraltrunk.control.messages import Target
 from spiraltrunk.design.rules import graspable_range
-from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.cables import planar_lever
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.strategies.moves import tilted_base
 from spiraltrunk.strategies.object_measures import girth_width_between, height_of
+from spiraltrunk.strategies.sensing import find_ventral
 from spiraltrunk.strategies.wrap.hung_model import bisect, predict_wrap
 
 _AHEAD = np.array([0.0, 1.0, 0.0])
@@ -52,8 +53,12 @@ def cable_pulls(design: TrunkDesign, ventral: float, aside: float) -> np.ndarray
 
 
 def shut_pull(design: TrunkDesign) -> np.ndarray:
-    """Ventral pull at which each joint reaches its limit, gravity apart, shape (n_joint,) [N]."""
-    ventral = ventral_cables(design)
+    """Ventral pull at which each joint reaches its limit, gravity apart, shape (n_joint,) [N].
+
+    Raises:
+        ModelError: where no cable pulls ventral.
+    """
+    ventral = find_ventral(design)
     lever = -planar_lever(design, np.full(design.n_joint, -design.joint_limit))[:, ventral].sum(axis=1)
     sum_pull = float(-design.cable_direction[ventral, 1].sum())
     return np.asarray(design.joint_stiffness * design.joint_limit / lever * sum_pull)

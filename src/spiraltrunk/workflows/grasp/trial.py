@@ -21,7 +21,7 @@ from spiraltrunk.workflows.grasp.choice.auto import get_strategy
 from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.choice.last_try import evaluate
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
-from spiraltrunk.workflows.grasp.world import Spread, draw_scene
+from spiraltrunk.workflows.grasp.world import AS_ANNOUNCED, Spread, draw_scene
 
 
 @explain_fields
@@ -100,6 +100,16 @@ def build_plant(design: TrunkDesign, options: SceneOptions, strategy: Strategy[A
         ModelError: where the strategy cannot plan for the object.
     """
     return SimPlant(design, set_ground(design, options, strategy))
+
+
+def check_plan(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> None:
+    """Plan for an object as it is announced, without a trial.
+
+    Raises:
+        ModelError: where the strategy cannot plan for the object.
+    """
+    plant = build_plant(design, draw_scene(shape, 0, strategy=strategy, spread=AS_ANNOUNCED), strategy)
+    strategy.init(plant.reset())
 
 
 def run_plant(

@@ -32,6 +32,8 @@ def run_trials(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.survey.run_survey import run_survey
     from spiraltrunk.workflows.survey.tables import format_text
 
+    if arguments.shard is not None and arguments.out is None:
+        raise UsageError("--shard: given without --out; allowed: --out DIR, where the shard is kept to be merged")
     plan, engine = build_plan(arguments), build_engine(arguments)
     counts = plan.count_trials()
     done = 0
@@ -55,6 +57,9 @@ def run_trials(arguments: argparse.Namespace) -> Answer:
         )
         complain(f"{done} of {sum(counts.values())} trials {kept}", INTERRUPTED)
         raise
+    for name, own in result["strategies"].items():
+        if own["causes"].get("refused") == own["trials"]:
+            complain(f"{name}: all {own['trials']} trials were refused before anything moved, see the reasons", DONE)
     return DONE, format_json(result) if arguments.json else add_file_count(format_text(result), result, arguments, "\n")
 
 
@@ -74,6 +79,8 @@ def build_plan(arguments: argparse.Namespace) -> SurveyPlan:
     design = load_robot(arguments)
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")
     names = [name.strip() for name in names]
+    if "" in names:
+        raise UsageError("a strategy's name is empty; allowed: names with commas between them, or all")
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise UsageError(f"the strategy {twice!r} is named twice; allowed: each once")

@@ -25,6 +25,9 @@ from spiraltrunk.workflows.grasp.choice.place import choose_place, place_for_wra
 GROUNDS = (0.60, 0.45, 0.30)
 """Heights of the ground, the usual first, each tried where the arm does not reach over the one before [m] (ours)."""
 
+LEAST_GROUND = 0.01
+"""Least height of the ground above the floor [m] (ours)."""
+
 MARGIN = 0.03
 """Height above the highest planned base that the arm must reach too [m] (ours): near its limit the arm is all but
 straight, and the felt weight swings by newtons."""
@@ -123,9 +126,17 @@ def _is_usual(options: SceneOptions) -> bool:
 
 
 def list_grounds(design: TrunkDesign, arm: ArmReach) -> tuple[float, ...]:
-    """`GROUNDS`, each lowered where the trunk that hangs at the start would touch it [m]."""
-    finger = 0.0 if design.gripper is None else design.gripper.finger_length
-    most = float(arm.T_base(arm.home)[2, 3]) - design.length - finger - START_GAP
+    """`GROUNDS`, each lowered where the trunk that hangs at the start would touch it [m].
+
+    Raises:
+        ModelError: where it would touch the floor.
+    """
+    long = design.length + (0.0 if design.gripper is None else design.gripper.finger_length)
+    base = float(arm.T_base(arm.home)[2, 3])
+    most = base - long - START_GAP
+    if most < LEAST_GROUND:
+        allowed = f"up to {base - START_GAP - LEAST_GROUND:.2f} m, to hang above a ground at the start"
+        raise ModelError(f"trunk and fingers are {long:.3g} m long; allowed: {allowed}")
     return tuple(dict.fromkeys(min(ground, most) for ground in GROUNDS))
 
 

@@ -28,6 +28,9 @@ def find_refusal(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
     task = announce_task(design, shape, strategy)
     width, (smallest, largest) = measure_width(strategy, task), strategy.widths(design)
     if not smallest <= width <= largest:
+        if largest == 0.0 and strategy.holds == "fingers":
+            trunk = f"the trunk {describe(design.name)} has no gripper"
+            return f"{describe(name)} cannot be taken by {strategy.name}: {trunk}; allowed: a design with a gripper"
         if largest == 0.0:
             trunk = f"the trunk {describe(design.name)} is too short to wrap anything"
             return f"{describe(name)} cannot be taken by {strategy.name}: {trunk}; allowed: a trunk of more sections"
@@ -40,7 +43,7 @@ def find_refusal(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
         return None  # What is pushed along the ground is not carried.
     most = payload(design, width)
     if shape.mass > most:
-        allowed = f"at most {math.floor(1e3 * most):g} g, what the trunk {describe(design.name)} holds at that width"
+        allowed = f"at most {_floor_g(most)} g, what the trunk {describe(design.name)} holds at that width"
         return f"{describe(name)} has {1e3 * shape.mass:g} g; allowed: {allowed}"
     return None
 
@@ -75,3 +78,9 @@ def _format_where(strategy: Strategy[Any], width: float, task: Task) -> str:
     if abs(width - task.target.width) < 1e-4:
         return ""
     return " where the fingers grip" if strategy.holds == "fingers" else " by its girth"
+
+
+def _floor_g(mass: float) -> str:
+    """A mass [kg] in grams, rounded down, of less than 10 g to a thousandth."""
+    digits = 0 if mass >= 0.01 else 3
+    return f"{math.floor(1e3 * mass * 10**digits) / 10**digits:g}"
