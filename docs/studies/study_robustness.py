@@ -49,12 +49,16 @@ RECOUNTED = ("wrap-vertical", "wrap-oblique-low", "wrap-oblique", "wrap-horizont
 RADII = ("arm radius 36 mm", "arm radius 55 mm")
 """Conditions that change the radius of the arm's last link."""
 
+TRUNKS = ("m 1.45", "m 1.7", "sections of 20 deg")
+"""The other conditions that change the trunk."""
+
 LATER_SEEDS = {
     **{("friction 0.15", name): 8228 for name in ("wrap-vertical", "sweep")},
     **{("friction 0.15", name): 8233 for name in RECOUNTED[1:4]},
     **{(radius, name): 8229 for radius in RADII for name in RECOUNTED[1:]},
     **{(radius, "wrap-vertical"): 8230 for radius in RADII},
-    **{(trunk, name): 8231 for trunk in ("m 1.45", "m 1.7", "sections of 20 deg") for name in RECOUNTED},
+    **{(trunk, name): 8231 for trunk in TRUNKS for name in ("wrap-vertical", "sweep")},
+    **{(trunk, name): 8234 for trunk in TRUNKS for name in RECOUNTED[1:4]},
 }
 """Seeds of the conditions and strategies that were counted again."""
 
