@@ -66,8 +66,8 @@ encloses [-] (ours): of 7 trials with drawn things of 99.1 to 102.3 mm, taller t
 things of 104 to 115 mm one."""
 SQUAT, SQUAT_HEIGHT = 0.37, 1.15
 """Largest width seen from above that a wrap takes at any height, over the largest that the trunk encloses, and least
-height of what is wider, over its width [-] (ours): of 37 drawn things that were wider and not as tall 11 were lifted
-and set down, of 96 taller ones 80 (docs/validation/everyday.md)."""
+height of what is wider, over its width [-] (ours): of 24 drawn things that were wider and not as tall 8 were lifted
+and set down (docs/validation/everyday.md)."""
 DISTAL_HEIGHT, DISTAL_LOAD = 0.26, 0.30
 """Height below which oblique wraps of wide things are distal, over the trunk's length, and mass that is then held, over
 that of a full wrap [-] (ours): the thinner sections give way. Of 9 drawn things up to 130 mm tall and of 412 g or more
