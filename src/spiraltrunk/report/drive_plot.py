@@ -55,7 +55,7 @@ def build_drive_figure(measured: Measured) -> Figure:
     figure = build_figure(7.6, 6.6, measured.title)
     panels = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 1.2, 0.7]})
     _draw(panels[0], measured, 1e3 * measured.pull, "Length change [mm]\n(shortening > 0)")
-    _draw(panels[1], measured, measured.tension, "Cable tension [N]\n(dotted: asked for)", measured.target)
+    _draw(panels[1], measured, measured.tension, "Tension by the motors [N]\n(dotted: asked for)", measured.target)
     _draw(panels[2], measured, measured.temperature, "Motor [°C]")
     if measured.phase_spans:
         add_strip(panels[0], measured.phase_spans)

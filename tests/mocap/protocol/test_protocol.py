@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import SpiralTrunkError, TakeError
 from spiraltrunk.mocap.protocol.checklist import format_checklist, format_schedule
@@ -80,8 +81,15 @@ def test_a_plan_beyond_the_trunk_is_refused():
     run = Run(name="far", kind="bend-dorsal", steps=30, step=0.005)
     with pytest.raises(TakeError, match="run 'far' asks for what the design 'paper' cannot do"):
         build_schedule(PAPER, Protocol(name="p", runs=(run,)), run)
-    with pytest.raises(TakeError, match="slack_mm has 2 numbers; allowed: 3"):
-        build_schedule(PAPER, Protocol(name="p", runs=(run,), slack=(0.0, 0.0)), run)
+    with pytest.raises(TakeError, match="slack_mm of the protocol has 2 numbers; allowed: 3"):
+        build_schedule(PAPER, Protocol(name="p", runs=(run,), slack=(0.001, 0.0)), run)
+
+
+def test_no_slack_is_none_for_any_number_of_cables():
+    run = Run(name="rest", kind="rest", steps=0)
+    plan = build_schedule(presets.get("spirob-15"), Protocol(name="p", runs=(run,)), run)
+    assert plan.slack == (0.0, 0.0)
+    assert plan.commanded.shape == (1, 2)
 
 
 def test_the_list_and_the_table_say_the_same_lengths():

@@ -152,6 +152,20 @@ def test_euler_angles_are_answered(rotation, write, body, marker, read):
     np.testing.assert_allclose(take.marker("m").position[0], [4, 5, 6])
 
 
+def test_a_header_that_contradicts_the_columns_is_refused(write, body, read):
+    data = write(body("a"), [POSE], rotation="XYZ")
+    error = refuse(read, data)
+    assert "have columns X, Y, Z, W, and the header says Rotation Type: XYZ; allowed: Quaternion" in str(error)
+    assert read(data, rotations="ignore").bodies[0].is_seen.all()
+
+
+@pytest.mark.parametrize("cell", ["nan", "NaN", "-nan"])
+def test_what_is_written_as_no_number_is_refused_and_not_taken_as_blank(cell, write, body, read):
+    error = refuse(read, write(body("a"), [POSE, [*POSE[:6], cell, *POSE[7:]], POSE]))
+    assert f"the cell is '{cell}'; allowed: a number with a decimal point, or a blank cell" in str(error)
+    assert (error.line, error.column) == (9, 9)
+
+
 def test_a_body_without_rotation_is_read(write, body, read):
     take = read(write(body("a")[4:], [POSE[4:]]))
     assert np.isnan(take.bodies[0].quaternion_wxyz).all()

@@ -48,17 +48,18 @@ def build_schedule(design: TrunkDesign, protocol: Protocol, run: Run) -> Schedul
     Raises:
         TakeError: where the trunk cannot be pulled so far, or has another number of cables.
     """
-    if len(protocol.slack) != design.n_cable:
+    slack = protocol.slack if any(protocol.slack) else (0.0,) * design.n_cable
+    if len(slack) != design.n_cable:
         allowed = f"{design.n_cable}, one a cable of {design.name!r}"
-        raise TakeError(f"slack_mm has {len(protocol.slack)} numbers; allowed: {allowed}")
+        raise TakeError(f"slack_mm of the protocol has {len(slack)} numbers; allowed: {allowed}")
     amount = run.step * np.arange(run.n_shape)
     try:
         change = solve_reference(design, run, amount).cable_change
     except ModelError as error:
         raise TakeError(f"run {run.name!r} asks for what the design {design.name!r} cannot do: {error}") from None
-    compensation = np.array(protocol.slack) / max(run.steps, 1) * np.arange(run.n_shape)[:, None]
+    compensation = np.array(slack) / max(run.steps, 1) * np.arange(run.n_shape)[:, None]
     return Schedule(
-        run=run, amount=amount, change=change, slack=protocol.slack, commanded=change + compensation,
+        run=run, amount=amount, change=change, slack=slack, commanded=change + compensation,
         is_pulled=_find_pulled(design, run.kind),
     )  # fmt: skip
 

@@ -54,7 +54,7 @@ def read_cells(lines: Lines, n_column: int, wanted: Sequence[int]) -> tuple[np.n
 def _read_row(line: bytes, lines: Lines, n_column: int, wanted: Sequence[int]) -> list[float]:
     """Numbers of a row, which may have quoted cells or trailing empty cells."""
     plain = line.split(b",")
-    if len(plain) == n_column and b"_" not in line:
+    if len(plain) == n_column and not (b"_" in line or b"n" in line or b"N" in line):  # No nan, which is refused.
         with suppress(ValueError):
             return [float(plain[index] or "nan") for index in wanted]
     try:
@@ -75,7 +75,7 @@ def _read_cell(text: str, lines: Lines, column: int) -> float:
     if not text:
         return math.nan
     try:
-        if "_" in text or not text.isascii():
+        if "_" in text or not text.isascii() or math.isnan(float(text)):
             raise ValueError
         return float(text)
     except ValueError:

@@ -118,6 +118,11 @@ def _check_groups(groups: dict[_Key, _Group], header: Header, rotations: str, so
                 "file does not contain the axes of Euler angles; allowed: columns X, Y, Z, W: export with Rotation: "
                 "Quaternion, or ignore rotations (--rotations ignore), as markers give the frames of sections too"
             )
+        elif has_rotation and header.rotation.lower() not in ("", "quaternion"):
+            reason = (
+                f"rotations of {what} have columns X, Y, Z, W, and the header says Rotation Type: "
+                f"{header.rotation[:40]}; allowed: Quaternion, or ignore rotations (--rotations ignore)"
+            )
         if reason:
             first = min(column.place for column in group.values()) + 1
             raise TakeError(reason, file=source, line=header.line, column=first)
