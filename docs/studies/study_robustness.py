@@ -57,6 +57,7 @@ LATER_SEEDS = {
     **{("friction 0.15", name): 8233 for name in RECOUNTED[1:4]},
     **{(radius, name): 8229 for radius in RADII for name in RECOUNTED[1:]},
     **{(radius, "wrap-vertical"): 8230 for radius in RADII},
+    **{(RADII[1], name): 8235 for name in RECOUNTED},
     **{(trunk, name): 8231 for trunk in TRUNKS for name in ("wrap-vertical", "sweep")},
     **{(trunk, name): 8234 for trunk in TRUNKS for name in RECOUNTED[1:4]},
 }
