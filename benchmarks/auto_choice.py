@@ -67,15 +67,15 @@ def run_index(index: int, *, share: float) -> dict[str, Any]:
         "feasible": {each.strategy: each.score for each in feasible}, "auto": None, "forced": None,
     }  # fmt: skip
     if feasible:
-        row["auto"] = _try("auto", shape, index)
+        row["auto"] = try_object("auto", shape, index)
     refused = [each for each in ranked if not each.feasible]
     if refused and float(rng.uniform()) < share:
         each = refused[int(rng.integers(len(refused)))]
-        row["forced"] = {"strategy": each.strategy, "predicted": each.reason} | _try(each.strategy, shape, index)
+        row["forced"] = {"strategy": each.strategy, "predicted": each.reason} | try_object(each.strategy, shape, index)
     return row
 
 
-def _try(name: str, shape: ObjectSpec, seed: int) -> dict[str, Any]:
+def try_object(name: str, shape: ObjectSpec, seed: int) -> dict[str, Any]:
     """Outcome of a trial; what the package raises on purpose is a failure."""
     own = shape if name == "auto" else as_measured(shape)
     try:
@@ -182,26 +182,32 @@ def _tell(row: dict[str, Any], done: int, total: int) -> None:
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--objects", type=_count, default=100, metavar="N", help="number of objects (default 100)")
-    parser.add_argument("--start", type=_index, default=0, metavar="I", help="first object (default 0)")
+    parser.add_argument("--objects", type=read_count, default=100, metavar="N", help="number of objects (default 100)")
+    parser.add_argument("--start", type=read_index, default=0, metavar="I", help="first object (default 0)")
     parser.add_argument(
         "--forced", type=_share, default=0.5, metavar="SHARE",
         help="part of the objects with which a refused strategy is tried (default 0.5)",
     )  # fmt: skip
     parser.add_argument(
-        "--workers", type=_count, default=os.cpu_count() or 1, metavar="N", help="processes (default: the processors)"
+        "--workers",
+        type=read_count,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="processes (default: one a core)",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="rows and summary are written there")
     return parser.parse_args(argv)
 
 
-def _count(text: str) -> int:
+def read_count(text: str) -> int:
+    """A number of things or processes, as an argument's type."""
     if not text.isdecimal() or not 1 <= int(text) <= 100_000:
         raise argparse.ArgumentTypeError(f"{text!r} given; allowed: a whole number from 1 to 100000")
     return int(text)
 
 
-def _index(text: str) -> int:
+def read_index(text: str) -> int:
+    """The number of a drawn object, as an argument's type."""
     if not text.isdecimal() or int(text) >= 2**31:
         raise argparse.ArgumentTypeError(f"{text!r} given; allowed: a whole number from 0 to {2**31 - 1}")
     return int(text)

@@ -82,7 +82,7 @@ def test_what_was_tried_is_not_tried_again_and_a_line_that_was_cut_off_is(pairs,
     def run_jobs(work, seeds, workers):
         for seed in seeds:
             tried.append(seed)
-            outcome = {"success": seed == 2, "held": True, "cause": "toppled"}
+            outcome = {"success": seed == 2, "held": True, "reason": "toppled"}
             result = {"seed": seed, "object": "x", "scores": {"tried": 1.0}, "tried": outcome}
             yield type("Outcome", (), {"job": seed, "fault": None, "result": None if seed == 1 else result})
 

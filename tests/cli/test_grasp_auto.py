@@ -63,3 +63,11 @@ def test_a_try_that_aims_beside_the_place_says_so() -> None:
     rows = dict(line.split(maxsplit=1) for line in text.splitlines() if line.strip().startswith("wrap"))
     assert rows["wrap-oblique-low"] == "set down askew"
     assert rows["wrap-oblique"] == "lifted; aimed 5 cm beside the place, against the error before"
+
+
+def test_a_kick_is_told_as_a_push() -> None:
+    figures = dict.fromkeys(("lift_m", "hold_s", "place_error_m", "max_penetration_m", "max_joint_deg"), 0.0)
+    result = figures | {"object": "box-80", "seed": 0, "success": True, "carry_m": 0.311, "real_time_factor": 3.0}
+    assert "pushed               311 mm" in format_verdict(result | {"strategy": "kick"})
+    assert "lifted" not in format_verdict(result | {"strategy": "kick"})
+    assert "lifted" in format_verdict(result | {"strategy": "pinch"})

@@ -75,9 +75,10 @@ def _read_cell(text: str, lines: Lines, column: int) -> float:
     if not text:
         return math.nan
     try:
-        if "_" in text or not text.isascii() or math.isnan(float(text)):
+        value = float(text)
+        if "_" in text or not text.isascii() or math.isnan(value):
             raise ValueError
-        return float(text)
+        return value
     except ValueError:
         allowed = "a number with a decimal point, or a blank cell"
         if _COMMA.fullmatch(text):

@@ -41,16 +41,16 @@ def load_policy(path: str | Path) -> tuple[PolicyDescription, dict[str, Network]
         got = str(path) if place.name else Unquoted("no file")
         raise DesignError("policy", got=got, allowed=f"a file that ends in {SUFFIX}")
     data = _read_limited(place, WEIGHTS_MOST)
-    told = place.with_suffix(".json")
-    text = _read_limited(told, TEXT_MOST, f"the JSON file that `learn` writes beside {place.name}")
+    description_file = place.with_suffix(".json")
+    text = _read_limited(description_file, TEXT_MOST, f"the JSON file that `learn` writes beside {place.name}")
     try:
         description = parse_description(text.decode())
     except UnicodeDecodeError:
-        raise _refuse(told, "no UTF-8 text", "the JSON file that `learn` writes") from None
+        raise _refuse(description_file, "no UTF-8 text", "the JSON file that `learn` writes") from None
     except DesignError as error:
-        raise DesignError(error.name, got=error.got, allowed=error.allowed, file=str(told)) from None
+        raise DesignError(error.name, got=error.got, allowed=error.allowed, file=str(description_file)) from None
     except UnknownName as error:
-        raise _refuse(told, f"with {error.name!r}", f"of {', '.join(error.known)}") from None
+        raise _refuse(description_file, f"with {error.name!r}", f"of {', '.join(error.known)}") from None
     if description.weights_sha256 != hashlib.sha256(data).hexdigest():
         raise _refuse(place, "not the file that its JSON file describes", "both files as `learn` wrote them")
     return description, _build_networks(place, description, _parse_tensors(place, data))
