@@ -7,7 +7,8 @@ A variant gives constants or functions of the package other values. The sets:
 - ``slender``: taller than 70 mm and up to 36 mm wide on one side, which fingers take first;
 - ``low-wide`` and ``tall-wide``: more than 99 mm wide from above, lower or taller than 1.15 times that, and no limit of
   the height over that width but 1;
-- ``near-fingers``: wider than what fingers hold by up to 4 mm, tried by `tip-grip` all the same;
+- ``near-fingers``: wider than what fingers hold, by up to 4 mm on the shorter side or as wide as they open, tried by
+  `tip-grip` all the same;
 - ``heavy``: too heavy for `wrap-oblique-low` by up to 40 % of what it holds, tried by it all the same.
 
 Every row is kept as it ends, so that the same command goes on after an interruption.
@@ -59,8 +60,8 @@ Patch = tuple[Any, str, Any]
 
 ANY_HEIGHT: Patch = (assess, "SQUAT_HEIGHT", 1.0)
 """Wraps take what is wide and as tall as that."""
-WIDER = ((finger_assess, "SLAB", 0.9), (finger_assess, "SPARE", 0.001), (finger_assess, "HELD_OPENING", 0.975))
-"""Fingers, which open 40 mm, take what is 4 mm wider."""
+WIDER = ((finger_assess, "SLAB", 1.0), (finger_assess, "HELD_OPENING", 1.0))
+"""Fingers take what is as wide as they open, or whose shorter side is."""
 LIGHT = 0.2
 """Push up to which what topples is light [N]."""
 EXCESS = 0.4
@@ -113,7 +114,7 @@ def is_wide(shape: ObjectSpec, *, is_low: bool) -> bool:
 
 
 def is_near_fingers(shape: ObjectSpec) -> bool:
-    """Whether fingers refuse a thing for its width alone, by up to 4 mm."""
+    """Whether fingers refuse a thing for its width alone, and by little: `WIDER`."""
     if assess_thing(shape, FINGERS).feasible:
         return False
     with patched(WIDER):

@@ -54,8 +54,8 @@ def _assess(name, *args, **kwargs):
         ("tip-grip", _task(0.0484, 0.06, 0.1), "too wide for the fingers by 8 mm: 48 mm, they open 40 mm"),
         (
             "tip-grip",
-            _task(0.039, 0.06, 0.1),
-            "by 4 mm: 39 mm, they open 40 mm and hold what is up to 35 mm wide",
+            _task(0.0391, 0.06, 0.1),
+            "by 0.2 mm: 39.1 mm, they open 40 mm and hold what is up to 38.9 mm wide",
         ),
         ("pinch", _task(0.03, 0.2, 0.5, axis=LEVEL), "would slip: it weighs 4.9 N, the fingers hold"),
         ("tip-grip", _task(0.034, 0.02, 0.02, kind="cone"), "narrows upwards by 40 deg, friction holds up to 39 deg"),
@@ -115,7 +115,7 @@ def test_names_tell_what_grips_are_meant_for():
     ("name", "tasks"),
     [
         ("tip-grip", [_task(0.03, 0.03, mass) for mass in (0.02, 0.1, 0.2, 0.24)]),
-        ("pinch", [_task(width, 0.15, 0.05, kind="box", axis=LEVEL) for width in (0.02, 0.0335, 0.034, 0.0348)]),
+        ("pinch", [_task(width, 0.15, 0.05, kind="box", axis=LEVEL) for width in (0.02, 0.0375, 0.038, 0.0387)]),
         ("wrap-oblique", [_task(0.06, 0.24, mass) for mass in (0.3, 0.055, 0.04, 0.03, 0.02)]),
         ("wrap-oblique-low", [_task(0.06, height, 0.2) for height in (0.24, 0.19, 0.14, 0.1)]),
         ("wrap-horizontal", [_task(0.06, 0.24, 0.3, profile=_flat(ratio)) for ratio in (1.0, 1.1, 1.5, 2.2)]),
@@ -168,7 +168,7 @@ def test_a_reason_tells_what_the_score_is_made_of():
     assert len(set(reasons.values())) == 3
     assert all(f"; rate {RATES[name]:g}" in reason for name, reason in reasons.items())
     assert _assess("flip-grip", 0.03, 0.03, 0.02).reason.endswith("; rate 0.94, times 0.95 for flip")
-    assert ", times 0.5" in _assess("tip-grip", 0.0349, 0.03, 0.02).reason
+    assert ", times 0.88 for opening" in _assess("tip-grip", 0.0388, 0.03, 0.02).reason
 
 
 @pytest.mark.parametrize("angles", [(90.0, 270.0), (0.0, 5.0)])

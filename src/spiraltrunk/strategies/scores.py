@@ -40,6 +40,13 @@ def format_factor(name: str, factor: float) -> str:
     return "" if round(factor, 2) == 1.0 else f", times {factor:.2f} for {name}"
 
 
+def tell_apart(length: float, limit: float) -> tuple[str, str, str]:
+    """By how much a length passes a limit [m], and both, in millimetres with as many digits as tell them apart."""
+    by, own, most = (1e3 * each for each in (abs(length - limit), length, limit))
+    digits = next((n for n in range(6) if round(by, n) > 0 and round(own, n) != round(most, n)), 6)
+    return f"{by:.{digits}f}", f"{own:.{digits}f}", f"{most:.{digits}f}"
+
+
 def format_mm(length: float) -> str:
     """A length in millimetres, in centimetres from 10 cm on."""
     return f"{1e2 * length:.0f} cm" if length >= 0.1 else f"{1e3 * length:.0f} mm"

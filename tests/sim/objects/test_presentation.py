@@ -13,7 +13,7 @@ from spiraltrunk.sim.objects.catalogue import CATALOGUE, add_object, parse_objec
 from spiraltrunk.sim.objects.presentation import LYING_COS, LYING_SHARE, as_measured, natural_orientation, present
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.objects.stable_poses import compute_stable_poses
-from spiraltrunk.workflows.grasp.world import EXACT, GRIP_FRICTION, SLOPE_FRICTION, draw_scene
+from spiraltrunk.workflows.grasp.world import EXACT, SLOPE_FRICTION, WRAP_FRICTION, draw_scene
 
 BOTH = ("upright", "lying")
 
@@ -104,12 +104,12 @@ def test_a_scene_presents_the_object_as_its_strategy_needs_it():
     )
 
 
-@pytest.mark.parametrize(("name", "hardness"), [("cone-35", "SLOPE"), ("ring-90", "GRIP"), ("bottle-70", "GRIP")])
+@pytest.mark.parametrize(("name", "hardness"), [("cone-35", "SLOPE"), ("ring-90", "WRAP"), ("bottle-70", "WRAP")])
 @pytest.mark.parametrize("pose", ["", ",pose=0", ",pose=1", ",pose=upright", ",pose=lying"])
 def test_contacts_are_those_of_the_shape_in_every_pose(name, hardness, pose):
     shape = parse_object(name + pose)
-    scene = draw_scene(shape, 0, strategy=strategies.get("tip-grip"), spread=EXACT)
-    assert scene.friction_hardness == {"SLOPE": SLOPE_FRICTION, "GRIP": GRIP_FRICTION}[hardness]
+    scene = draw_scene(shape, 0, strategy=strategies.get("wrap-horizontal"), spread=EXACT)
+    assert scene.friction_hardness == {"SLOPE": SLOPE_FRICTION, "WRAP": WRAP_FRICTION}[hardness]
     for presented in (shape, scene.shape):
         spec = mujoco.MjSpec()
         add_object(spec, presented)
