@@ -31,7 +31,7 @@ def pairs(monkeypatch):
         ("box:x_mm=30,y_mm=30,z_mm=120,mass_g=40", {"slender"}),
         ("cylinder:diameter_mm=105,height_mm=112,mass_g=200", {"low-wide"}),
         ("cylinder:diameter_mm=105,height_mm=180,mass_g=200", {"tall-wide"}),
-        ("cylinder:diameter_mm=37,height_mm=60,mass_g=40", {"near-fingers"}),
+        ("cylinder:diameter_mm=39.5,height_mm=60,mass_g=40", {"near-fingers"}),
         ("cylinder:diameter_mm=43,height_mm=60,mass_g=40", set()),
         ("cylinder:diameter_mm=60,height_mm=180,mass_g=1700", {"heavy"}),
         ("cylinder:diameter_mm=60,height_mm=180,mass_g=4000", set()),

@@ -127,7 +127,7 @@ def test_the_longest_gap_is_told():
     time = np.arange(300) / 100.0
     seen = {"section 3": (time < 1.0) | (time > 2.0), "section 4": np.ones(300, bool)}
     (note,) = summarise_gaps(seen, time)
-    assert "1 gaps of more than 100 ms in 1 sections, none filled; the longest in section 3 from 0.99 to 2.01 s" in note
+    assert "1 gap of more than 100 ms in 1 section, none filled; the longest in section 3 from 0.99 to 2.01 s" in note
     assert summarise_gaps({"section 4": seen["section 4"]}, time) == []
 
 

@@ -171,5 +171,7 @@ def summarise_gaps(seen: Mapping[str, np.ndarray], time: np.ndarray) -> list[str
     if not gaps:
         return []
     _, name, begin, end = max(gaps)
-    what = f"{len(gaps)} gaps of more than {1e3 * LONG:g} ms in {len({gap[1] for gap in gaps})} sections, none filled"
+    sections = len({gap[1] for gap in gaps})
+    many, few = ("gap" if len(gaps) == 1 else "gaps"), ("section" if sections == 1 else "sections")
+    what = f"{len(gaps)} {many} of more than {1e3 * LONG:g} ms in {sections} {few}, none filled"
     return [f"{what}; the longest in {name} from {begin:.2f} to {end:.2f} s"]

@@ -61,8 +61,9 @@ def compute_result(comparison: Comparison, files: Sequence[str] = ()) -> dict[st
     """All figures, ready for JSON."""
     settings, session, runs = comparison.settings, comparison.session, comparison.session.runs
     friction = settings.design.cable.friction if settings.friction is None else settings.friction
-    warnings = [f"not a measurement: {len(session.synthetic)} recordings are synthetic, such as {session.synthetic[0]}"
-                for _ in session.synthetic[:1]]  # fmt: skip
+    count = len(session.synthetic)
+    what = "1 recording is synthetic" if count == 1 else f"{count} recordings are synthetic"
+    warnings = [f"not a measurement: {what}, such as {first}" for first in session.synthetic[:1]]
     result = {
         "model": settings.model,
         "friction": None if settings.model == "reference" else friction,
