@@ -94,13 +94,16 @@ def measure_sink(trial: Trial) -> float | None:
 
 def describe(hardness: float, holdings: Sequence[Holding]) -> str:
     """One line of what was measured at a hardness."""
+    held, succeed = sum(each.is_held for each in holdings), sum(each.is_success for each in holdings)
+    line = f"hardness {hardness:6.0f}: {held} of {len(holdings)} held, {succeed} succeed"
     sinks = 1e3 * np.abs([each.sink for each in holdings if each.sink is not None])
+    if not sinks.size:
+        return line
     median, high, most = np.quantile(sinks, (0.5, 0.9, 1.0))
+    cost = np.nanmean([each.cost for each in holdings])
     return (
-        f"hardness {hardness:6.0f}: {sum(each.is_held for each in holdings)} of {len(holdings)} held, "
-        f"{sum(each.is_success for each in holdings)} succeed; sinking {median:.3f} mm/s in the median, "
-        f"{high:.3f} of one in ten, {most:.3f} at most; "
-        f"{np.nanmean([each.cost for each in holdings]):.3f} s a simulated second"
+        f"{line}; sinking {median:.3f} mm/s in the median, {high:.3f} of one in ten, {most:.3f} at most; "
+        f"{cost:.3f} s a simulated second"
     )
 
 
