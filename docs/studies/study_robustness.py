@@ -46,6 +46,9 @@ SURVEY_SEEDS = {
 RECOUNTED = ("wrap-vertical", "wrap-oblique-low", "wrap-oblique", "wrap-horizontal", "sweep")
 """Strategies that were counted again in all conditions, since they had changed."""
 
+FINGERS = ("pinch", "tip-grip", "flip-grip")
+"""Strategies that hold with the fingers, whose friction no longer creeps."""
+
 RADII = ("arm radius 36 mm", "arm radius 55 mm")
 """Conditions that change the radius of the arm's last link."""
 
@@ -53,13 +56,17 @@ TRUNKS = ("m 1.45", "m 1.7", "sections of 20 deg")
 """The other conditions that change the trunk."""
 
 LATER_SEEDS = {
-    **{("friction 0.15", name): 8228 for name in ("wrap-vertical", "sweep")},
+    ("friction 0.15", "wrap-vertical"): 8228,
     **{("friction 0.15", name): 8233 for name in RECOUNTED[1:4]},
     **{(radius, name): 8229 for radius in RADII for name in RECOUNTED[1:]},
     **{(radius, "wrap-vertical"): 8230 for radius in RADII},
     **{(RADII[1], name): 8235 for name in RECOUNTED},
     **{(trunk, name): 8231 for trunk in TRUNKS for name in ("wrap-vertical", "sweep")},
     **{(trunk, name): 8234 for trunk in TRUNKS for name in RECOUNTED[1:4]},
+    **{("friction 0.15", name): 8237 for name in (*FINGERS, "sweep")},
+    **{(radius, name): 8238 for radius in RADII for name in FINGERS},
+    **{(radius, "kick"): 8239 for radius in RADII},
+    (RADII[0], "sweep"): 8239,
 }
 """Seeds of the conditions and strategies that were counted again."""
 
