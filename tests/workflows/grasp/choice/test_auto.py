@@ -262,7 +262,7 @@ def test_a_real_trial_succeeds_by_the_first_choice():
 
 @pytest.mark.slow
 def test_a_real_second_try_succeeds_where_the_first_set_the_object_down_beside_its_place():
-    trial = run_trial(PAPER, parse_object("everyday:seed=10165"), strategy="auto", seed=10165)
+    trial = run_trial(PAPER, parse_object("everyday:seed=13703"), strategy="auto", seed=13703)
     first, second = trial.log.state.attempts
     assert "cm from its place" in first.outcome
     assert second.strategy != first.strategy
@@ -271,7 +271,7 @@ def test_a_real_second_try_succeeds_where_the_first_set_the_object_down_beside_i
 
 @pytest.mark.slow
 def test_a_real_second_try_corrects_by_how_far_the_first_dragged_the_object():
-    trial = run_trial(PAPER, parse_object("everyday:seed=12406"), strategy="auto", seed=12406)
+    trial = run_trial(PAPER, parse_object("everyday:seed=13808"), strategy="auto", seed=13808)
     first, *later = trial.log.state.attempts
     assert "cm from its place" in first.outcome
     assert later[0].told.goal.place != pytest.approx(later[0].task.goal.place, abs=0.03)

@@ -78,13 +78,13 @@ def test_a_thing_that_is_longer_than_the_loop_is_wide_is_refused_by_its_corners(
 @pytest.mark.parametrize(
     ("measures", "told"),
     [
-        ("x_mm=90,y_mm=60,z_mm=150,mass_g=800", "too heavy by 189 g: the trunk holds 611 g for an object with unequal"),
+        ("x_mm=90,y_mm=60,z_mm=150,mass_g=800", "too heavy by 67 g: the trunk holds 733 g for an object with unequal"),
         pytest.param(
             "x_mm=110,y_mm=70,z_mm=180,mass_g=200", "too wide for an object with unequal sides by 12 mm: 115 mm",
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            "x_mm=70,y_mm=70,z_mm=120,mass_g=600", "too heavy by 220 g: the trunk holds 380 g where an object is lower",
+            "x_mm=70,y_mm=70,z_mm=120,mass_g=600", "too heavy by 144 g: the trunk holds 456 g where an object is lower",
             marks=pytest.mark.slow,
         ),
         pytest.param(
@@ -230,7 +230,7 @@ def test_what_is_thinner_than_the_loop_is_wrapped_where_it_is_tall(height, fits)
 
 
 @pytest.mark.parametrize(
-    ("side", "able"), [(28, {"tip-grip", "pinch", "flip-grip"}), (31, {"tip-grip", "pinch"}), (33, set())]
+    ("side", "able"), [(31, {"tip-grip", "pinch", "flip-grip"}), (34, {"tip-grip", "pinch"}), (37, set())]
 )
 def test_fingers_take_slabs_up_to_a_side_and_flip_thinner_ones(side, able):
     shape = parse_object(f"box:x_mm=70,y_mm={side},z_mm=90,mass_g=120")
