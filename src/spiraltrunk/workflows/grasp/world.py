@@ -30,10 +30,10 @@ of the arm 0.02 N m, commands 20 ms late, camera 3 mm and 3 deg."""
 
 GRIP_FRICTION = 300.0
 """Hardness of friction (MuJoCo's ``impratio``) where fingers may hold (ours) [-]. Held objects creep, dry ones do not:
-at 1, MuJoCo's own, a ball of 15 g out of a firm grip by 2 mm/s. Of 24 drawn objects that fingers take first
-(`benchmarks/held_creep.py`) those that are held sink by 0.40 mm/s at 10, 0.23 at 30, 0.09 at 100, 0.035 at 300 and 0.02
-at 1000 in the median, and 10, 15, 18, 18 and 19 trials succeed: 19 too with MuJoCo's second solver, which takes this
-softness out. At 300 a step takes a quarter longer than at 30."""
+at 1, MuJoCo's own, a ball of 15 g out of a firm grip by 2 mm/s. Of 26 drawn objects that fingers take first
+(`benchmarks/held_creep.py`) those that are held sink by 0.40 mm/s at 10, 0.25 at 30, 0.09 at 100, 0.037 at 300 and
+0.019 at 1000 in the median, and 10, 16, 19, 19 and 20 trials succeed: 20 too with MuJoCo's second solver, which takes
+this softness out. At 300 a step takes a fifth longer than at 30."""
 
 WRAP_FRICTION = 10.0
 """The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
