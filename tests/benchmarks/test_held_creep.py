@@ -1,26 +1,16 @@
 """Creep of held things: it is measured in the hold, falls with the hardness of friction, and is told in one line."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
 
 from spiraltrunk.workflows.grasp.world import GRIP_FRICTION
 
-FOLDER = Path(__file__).parents[2] / "benchmarks"
 LIGHT = 13238
 """A light thing that fingers hold by its upper edge."""
 
 
 @pytest.fixture
-def creep(monkeypatch):
-    monkeypatch.syspath_prepend(str(FOLDER))
-    spec = importlib.util.spec_from_file_location("held_creep", FOLDER / "held_creep.py")
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, "held_creep", module)
-    spec.loader.exec_module(module)
-    return module
+def creep(load_benchmark):
+    return load_benchmark("held_creep")
 
 
 def test_a_line_tells_what_was_held_and_how_fast_it_sank(creep):

@@ -1,26 +1,16 @@
 """Pairs of trials with and without a change: which things are tried, what a variant changes, what is counted."""
 
-import importlib.util
 import json
-import sys
-from pathlib import Path
 
 import pytest
 
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.strategies.wrap import assess, standing_plan
 
-FOLDER = Path(__file__).parents[2] / "benchmarks"
-
 
 @pytest.fixture
-def pairs(monkeypatch):
-    monkeypatch.syspath_prepend(str(FOLDER))
-    spec = importlib.util.spec_from_file_location("paired_changes", FOLDER / "paired_changes.py")
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, "paired_changes", module)
-    spec.loader.exec_module(module)
-    return module
+def pairs(load_benchmark):
+    return load_benchmark("paired_changes")
 
 
 @pytest.mark.parametrize(
