@@ -15,10 +15,11 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -45,14 +46,12 @@ class Holding:
     """A thing as it is held.
 
     Attributes:
-        index: seed of the thing and of its world.
         is_held: whether it was held.
         is_success: whether the trial succeeded.
         sink: speed at which it sank in the hold [m/s]; None where it was not held to the end of it.
         cost: processor's time over simulated time [-].
     """
 
-    index: int
     is_held: bool
     is_success: bool
     sink: float | None
@@ -76,9 +75,9 @@ def hold(job: tuple[int, str], *, hardness: float, noslip: int) -> Holding:
         plant.model.opt.noslip_iterations = noslip
         trial = run_plant(plant, strategy, seed=index)
     except SpiralTrunkError:
-        return Holding(index, False, False, None, float("nan"))
+        return Holding(False, False, None, float("nan"))
     cost = (time.process_time() - began) / trial.plant.trace[-1].time
-    return Holding(index, trial.verdict.is_held, trial.verdict.success, measure_sink(trial), cost)
+    return Holding(trial.verdict.is_held, trial.verdict.success, measure_sink(trial), cost)
 
 
 def measure_sink(trial: Trial) -> float | None:
@@ -107,6 +106,17 @@ def describe(hardness: float, holdings: Sequence[Holding]) -> str:
     )
 
 
+def run_all(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> list[tuple[Any, Any]]:
+    """Jobs with their results, in the order in which they end; a job that fails ends the script."""
+    ended = []
+    with closing(run_jobs(work, jobs, workers=workers)) as outcomes:
+        for outcome in outcomes:
+            if outcome.fault:
+                raise RuntimeError(f"{outcome.job}: {outcome.fault}")
+            ended.append((outcome.job, outcome.result))
+    return ended
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
@@ -118,14 +128,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--workers", type=read_count, default=2)
     given = parser.parse_args(arguments)
     seeds = range(given.start, given.start + given.objects)
-    with closing(run_jobs(find_first, seeds, workers=given.workers)) as found:
-        firsts = {each.job: each.result for each in found if each.result is not None}
-    chosen = [(seed, name) for seed, name in sorted(firsts.items()) if get(name).holds == given.holds]
+    firsts = sorted(run_all(find_first, seeds, given.workers))
+    chosen = [(seed, name) for seed, name in firsts if name is not None and get(name).holds == given.holds]
     print(f"{len(chosen)} things of seeds {seeds[0]} to {seeds[-1]} are taken by {given.holds} first", flush=True)
     for hardness in given.hardness:
         task = partial(hold, hardness=hardness, noslip=given.noslip)
-        with closing(run_jobs(task, chosen, workers=given.workers)) as ended:
-            print(describe(hardness, [each.result for each in ended if each.result is not None]), flush=True)
+        print(describe(hardness, [holding for _, holding in run_all(task, chosen, given.workers)]), flush=True)
     return 0
 
 

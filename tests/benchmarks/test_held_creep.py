@@ -14,8 +14,8 @@ def creep(load_benchmark):
 
 
 def test_a_line_tells_what_was_held_and_how_fast_it_sank(creep):
-    held = [creep.Holding(seed, True, seed > 1, 1e-4 * seed, 0.1) for seed in (1, 2, 3)]
-    line = creep.describe(300.0, [*held, creep.Holding(4, False, False, None, float("nan"))])
+    held = [creep.Holding(True, seed > 1, 1e-4 * seed, 0.1) for seed in (1, 2, 3)]
+    line = creep.describe(300.0, [*held, creep.Holding(False, False, None, float("nan"))])
     assert "hardness    300: 3 of 4 held, 2 succeed; sinking 0.200 mm/s in the median" in line
     assert line.endswith("0.300 at most; 0.100 s a simulated second")
 
