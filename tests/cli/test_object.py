@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from spiraltrunk import cli
+from spiraltrunk.sim.objects.catalogue import CATALOGUE
 
 
 def run(capsys, *argv):
@@ -30,6 +31,21 @@ def test_the_figures_of_a_box_that_stands(capsys):
     assert set(told["stable_poses"][0]) >= {"probability", "height_m", "topple_deg", "rotation_wxyz"}
     resting = told["stable_poses"][told["pose"]]
     assert resting["height_m"] == pytest.approx(0.19)
+
+
+def test_without_an_object_the_catalogue_is_listed(capsys):
+    listed = {each["name"]: each["spec"] for each in json.loads(run(capsys, "--json").out)["objects"]}
+    assert listed == CATALOGUE
+    lines = run(capsys).out.splitlines()
+    assert all(any(line.split() == [name, spec] for line in lines) for name, spec in CATALOGUE.items())
+
+
+@pytest.mark.parametrize(("option", "value"), [("--plot", "a.png"), ("--design", "paper")])
+def test_an_option_about_an_object_without_one_is_refused(tmp_path, monkeypatch, capsys, option, value):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["object", option, value]) == 2
+    assert f"SPEC is missing; allowed: an object, which {option} is about" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -82,7 +98,7 @@ def test_the_plot_is_a_picture_and_never_replaces_another_file(capsys, tmp_path)
 @pytest.mark.parametrize(
     ("argv", "match"),
     [(["teapot"], "unknown object"), (["bottle-70", "--plot", "a.jpg"], "ends in .png, .svg, .pdf"),
-     (["bottle-70", "--design", "none"], "error"), ([], "SPEC"),
+     (["bottle-70", "--design", "none"], "error"),
      (["stl:path=none.stl,mass_g=3"], "a file that exists")],
 )  # fmt: skip
 def test_bad_input_is_one_line(capsys, argv, match):

@@ -88,6 +88,6 @@ def read_seed(text: str) -> int:
 
 def read_text(text: str) -> str:
     """A non-empty text, as an argument's type."""
-    if not text or "\0" in text:
+    if not text.strip() or "\0" in text:
         raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a text that is not empty")
     return text

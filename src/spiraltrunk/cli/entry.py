@@ -78,7 +78,10 @@ def _refuse(error: OSError) -> int:
 
 def _answer(argv: Sequence[str] | None) -> int:
     try:
-        arguments = _build_parser().parse_args(argv)
+        parser = _build_parser()
+        arguments = parser.parse_args(argv)
+        if not hasattr(arguments, "run"):
+            parser.error("the following arguments are required: VERB")
         return put(*arguments.run(arguments))
     except SystemExit as stop:  # Help and version.
         return send(int(stop.code or 0))
@@ -116,7 +119,7 @@ def _build_parser() -> Parser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"spiraltrunk {__version__}")
-    verbs = parser.add_subparsers(required=True, metavar="VERB")
+    verbs = parser.add_subparsers(metavar="VERB")  # Not required, so that a wrong option is told as one.
     for verb in VERBS:
         verb.add_verb(verbs)
     parser.set_defaults(parser=parser)

@@ -174,7 +174,7 @@ def test_an_unknown_object_is_told_the_nearest_names_on_a_short_line():
 def test_an_unknown_object_like_no_other_is_told_the_kinds_and_the_catalogue():
     with pytest.raises(UnknownName, match=r"unknown object 'can'; known: solids and files \(cylinder:, ") as caught:
         parse_object("can")
-    assert str(caught.value).endswith("mjcf:, everyday:) and the catalogue of docs/reference/objects.md")
+    assert str(caught.value).endswith("mjcf:, everyday:) and the catalogue, which spiraltrunk object lists")
 
 
 @pytest.mark.parametrize(("more", "name"), [("mass_kg=0.35", "mass_kg"), ("foo=1", "foo"), (" Mass_g = 3", "Mass_g")])

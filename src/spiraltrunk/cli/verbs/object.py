@@ -1,4 +1,4 @@
-"""``spiraltrunk object``: what an object is, from its measures or its file."""
+"""``spiraltrunk object``: what an object is, from its measures or its file, or which ones have names."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from spiraltrunk.cli.arguments import add_parser, read_text
 from spiraltrunk.cli.object_check import read_object
 from spiraltrunk.cli.output import DONE, Answer, complain, format_json, name_option
 from spiraltrunk.cli.plot_file import check_plot, read_format
+from spiraltrunk.errors import DesignError, Unquoted
 
 if TYPE_CHECKING:
     from spiraltrunk.sim.objects.description import Description
@@ -20,9 +21,9 @@ def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
     parser = add_parser(verbs, "object", _run, "tell what an object is: size, stable poses, widths, warnings")
     parser.add_argument(
-        "object", type=read_text, metavar="SPEC",
+        "object", type=read_text, nargs="?", metavar="SPEC",
         help="a catalogue name, a solid such as box:x_mm=62,y_mm=62,z_mm=190,mass_g=300, or a file such as "
-        "stl:path=vase.stl,mass_g=250",
+        "stl:path=vase.stl,mass_g=250; without it, the catalogue is listed",
     )  # fmt: skip
     parser.add_argument(
         "--design", type=read_text, metavar="DESIGN", help="tell also what this trunk can take: preset or TOML file"
@@ -31,6 +32,8 @@ def add_verb(verbs: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
+    if arguments.object is None:
+        return _list_catalogue(arguments)
     if arguments.plot is not None:
         check_plot(Path(arguments.plot))
     from spiraltrunk.files.results import to_json
@@ -47,6 +50,19 @@ def _run(arguments: argparse.Namespace) -> Answer:
         _plot(about, arguments.object, arguments.plot)
     figures = dict(to_json(figures))
     return DONE, format_json(figures) if arguments.json else _format_table(figures)
+
+
+def _list_catalogue(arguments: argparse.Namespace) -> Answer:
+    """Names of the catalogue and what they stand for."""
+    from spiraltrunk.report import format_table
+    from spiraltrunk.sim.objects.catalogue import CATALOGUE
+
+    for option in ("design", "plot"):
+        if getattr(arguments, option) is not None:
+            raise DesignError("SPEC", got=Unquoted("missing"), allowed=f"an object, which --{option} is about")
+    if arguments.json:
+        return DONE, format_json({"objects": [{"name": name, "spec": spec} for name, spec in CATALOGUE.items()]})
+    return DONE, format_table(list(CATALOGUE.items()), header=("name", "stands for"), indent=2)
 
 
 def _compare(name: str, about: Description) -> dict[str, Any]:

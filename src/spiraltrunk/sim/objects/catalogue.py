@@ -151,7 +151,7 @@ def _refuse_name(name: str) -> UnknownName | DesignError:
     if form is not None:
         return DesignError("object", got=name, allowed=f"{form.format(name)}, which reads the file")
     return UnknownName(
-        "object", name, [*near, f"solids and files ({kinds}) and the catalogue of docs/reference/objects.md"]
+        "object", name, [*near, f"solids and files ({kinds}) and the catalogue, which spiraltrunk object lists"]
     )
 
 
