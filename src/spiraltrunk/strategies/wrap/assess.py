@@ -29,7 +29,7 @@ the ratios of earlier counts over the catalogue, and `wrap-vertical` its rate th
 TOUCH_FORCE = 0.035
 """Horizontal force with which the trunk pushes a standing object as it closes, at least [N] (ours): in simulated trials
 with drawn things none of 5 that topple at less was held, of 33 that topple at 0.035 to 0.055 N 25 were
-(docs/validation/everyday.md)."""
+(docs/validation/grasp_limits.md)."""
 OPENING_FORCE, AT_OPENING = 0.055, 0.25
 """Force with which the opening trunk pushes a standing object, at least [N], and the factor of what topples at less
 [-] (ours): of these 33, 8 were lifted and set down."""
@@ -46,7 +46,7 @@ FLAT = 3.5
 RIM = 0.75
 """Least distance of a distal wrap's middle below the object's top, over the radius of its first section [-] (ours):
 nearer to it the round sections press on the rim and slip over it. In simulated trials none of 7 objects with less was
-held (docs/validation/everyday.md)."""
+held (docs/validation/grasp_limits.md)."""
 HELD_WIDTH = 0.57
 """Largest width that a wrap holds, over the largest that the trunk encloses [-]: in simulated trials 150 mm of 268 mm;
 at 165 mm none was held (docs/validation/strategies.md)."""
@@ -67,7 +67,7 @@ things of 104 to 115 mm one."""
 SQUAT, SQUAT_HEIGHT = 0.37, 1.15
 """Largest width seen from above that a wrap takes at any height, over the largest that the trunk encloses, and least
 height of what is wider, over its width [-] (ours): of 24 drawn things that were wider and not as tall 8 were lifted
-and set down (docs/validation/everyday.md)."""
+and set down (docs/validation/grasp_limits.md)."""
 DISTAL_HEIGHT, DISTAL_LOAD = 0.26, 0.36
 """Height below which oblique wraps of wide things are distal, over the trunk's length, and mass that is then held, over
 that of a full wrap [-] (ours): the thinner sections give way. Of drawn things at 0.30 to 0.36 of it 5 of 8 were lifted

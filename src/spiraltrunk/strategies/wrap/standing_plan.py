@@ -41,7 +41,7 @@ TAIL = 0.8
 OPENED_TAIL = 1.6
 """The same as the trunk springs open [-]: the tail swings up past the object, which its rebound would hit. Of 90 drawn
 things that topple at 0.035 to 0.2 N, 73 were lifted and set down; with no lift instead 62, and with 5.0, 56
-(docs/validation/everyday.md)."""
+(docs/validation/grasp_limits.md)."""
 TAIL_END = 0.30
 """Ventral pull from which the tail is no longer lifted, over the one that shuts joint 1 [-]."""
 GRIP = 1.2
