@@ -1,6 +1,6 @@
 """Size of a replay, frames that the page gets each second while a grasp plays, and how long a ranking takes.
 
-Claims (docs/tutorials/grasp.md): the replay of the default grasp, 33 s, is smaller than 10 MB; while it plays in real
+Claims (docs/tutorials/grasp.md): the replay of the default grasp, 18 s, is smaller than 10 MB; while it plays in real
 time the page gets 30 frames a second; the models tell within 10 s which strategy can take an object. The grasp plays in
 a page of a headless Chromium. Times depend on the machine; its load is told beside them.
 """

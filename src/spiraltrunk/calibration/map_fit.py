@@ -26,10 +26,10 @@ Joints that shut in another order than measured make local minima, which more no
 """
 
 MODEL_ERROR = {"friction": 5e-3}
-"""Standard deviation added to a parameter for the model's own error [-].
+"""Standard deviation of the model's own error of a parameter [-]; its square is added to the variance of the fit.
 
 Pulled softly at 5 mm/s, cables in the simulation still slip a little earlier than in equilibrium: the friction that
-fits lay 0.004 below the truth on the mean (`benchmarks/calibration_worlds.py`).
+fits lay 0.0035 below the truth on the mean (`benchmarks/calibration_worlds.py`).
 """
 
 TWISTED_SLACK = 3e-4
