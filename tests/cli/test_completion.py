@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -35,12 +36,40 @@ def test_the_shell_accepts_its_script(shell: str, capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize(
-    ("typed", "expected"), [("val", ["validate"]), ("shape --dor", ["--dorsal-mm"]), ("completion z", ["zsh"])]
+    ("typed", "expected"),
+    [
+        ("val", ["validate"]),
+        ("shape --dor", ["--dorsal-mm"]),
+        ("completion z", ["zsh"]),
+        ("shape own", ["own.toml"]),
+        ("grasp --design own", ["own.toml"]),
+        ("grasp --design paper-", ["paper-large-grip"]),
+        ("grasp pin", ["pinch"]),
+        ("survey --strategies au", ["auto"]),
+        ("object bottle", ["bottle-70"]),
+        ("drive rep", ["replay"]),
+        ("drive replay own", ["own.toml"]),
+        ("validate own", ["own.toml"]),
+    ],
 )
-def test_bash_completes(typed: str, expected: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_bash_completes(
+    typed: str,
+    expected: list[str],
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "own.toml").touch()
+    monkeypatch.chdir(tmp_path)
     program = COMPLETE.format(script=read("bash", capsys), typed=typed, position=len(typed.split()))
     done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.split() == expected, done.stderr
+
+
+def test_bash_completes_files_where_nothing_is_offered(capsys: pytest.CaptureFixture[str]) -> None:
+    program = f"{read('bash', capsys)}\ncomplete -p spiraltrunk"
+    done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    assert " -o default " in done.stdout
 
 
 def test_json_holds_the_script(capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,14 +57,15 @@ def test_json_alone_on_standard_output(tmp_path: Path, capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("argv", "line"),
     [
-        (("--trials", "0"), "optimize.candidates is 0; allowed: a whole number from 1 to 10000"),
+        (("--trials", "0"), "--trials is 0; allowed: a whole number from 1 to 10000"),
         (("--objects", "x"), "argument --objects: 'x' given; allowed: a whole number"),
+        (("--strategy", "kick"), "--strategy is 'kick'; allowed: auto or a strategy that grasps: wrap-vertical, "),
         (("--strategy", "wave"), "unknown strategy 'wave'; known: auto"),
         (("--kind", "cloud"), "unknown class of everyday shapes 'cloud'"),
         (("--friction", "nan"), "argument --friction: 'nan' given"),
-        (("--friction", "3"), "optimize.friction is 3.0; allowed: a finite number, at least 0, below 2"),
+        (("--friction", "3"), "--friction is 3.0; allowed: a finite number, at least 0, below 2"),
         (("--address", "10.0.0.1"), "--address: '10.0.0.1' given; allowed: with --engine ray"),
-        (("--workers", "0"), "survey.workers is 0"),
+        (("--workers", "0"), "--workers is 0"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import logging
 import os
+import re
 from collections.abc import Sequence
 from functools import partial
 from typing import final
@@ -39,6 +40,12 @@ VERBS = (
 """Modules that each add a verb, in the order of the help."""
 
 
+_SETTING = re.compile(r"(?:survey|demos|optimize)\.(\w+) is ")
+"""Beginning of a message about a setting, which has the name of its option."""
+
+_OPTIONS = {"candidates": "trials", "timestep": "timestep-ms"}
+"""Options that have another name than their setting."""
+
 _WRITING = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 """Errors of writing, which name no file where a stream is written."""
 
@@ -56,13 +63,22 @@ def _run(argv: Sequence[str] | None) -> int:
     except RunError as error:
         return complain(f"error: {error}", FAILED)
     except (SpiralTrunkError, UsageError) as error:
-        return complain(f"error: {error}", BAD_INPUT)
+        return complain(f"error: {_name_option(str(error))}", BAD_INPUT)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] in ("", "spiraltrunk"):
             raise
         return complain(f"error: {describe_missing(str(error.name))}", BAD_INPUT)
     except OSError as error:
         return _refuse(error)
+
+
+def _name_option(message: str) -> str:
+    """The message about a setting of a command with the option in the place of the setting's name."""
+    setting = _SETTING.match(message)
+    if setting is None:
+        return message
+    name = _OPTIONS.get(setting[1], setting[1].replace("_", "-"))
+    return f"--{name} is {message[setting.end() :]}"
 
 
 def _refuse(error: OSError) -> int:

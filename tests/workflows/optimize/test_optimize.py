@@ -17,6 +17,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.optimize import SPACE, SearchSettings, build_candidate, objective, run_search
 from spiraltrunk.workflows.optimize.objective import Evaluation, choose_best, evaluate, find_front, plan_trials
 from spiraltrunk.workflows.optimize.sampler import Sampler
+from spiraltrunk.workflows.optimize.tables import format_markdown
 from spiraltrunk.workflows.survey.plan import SurveyPlan
 from spiraltrunk.workflows.survey.row import build_empty_row
 from spiraltrunk.workflows.survey.summary import count_rate
@@ -265,3 +266,23 @@ def test_a_real_search_of_one_candidate(tmp_path: Path, monkeypatch: pytest.Monk
     assert result["candidates"][0]["trials"] == 2
     assert (tmp_path / "candidates" / "0000" / "trials.jsonl").exists()
     assert set(result["unseen"]) == {"paper", "best", "difference"}
+
+
+def test_a_trunk_that_was_not_tried_has_dashes_and_no_rate() -> None:
+    values = {each.name: 1.0 for each in SPACE}
+    made = {"number": 0, "values": values, "faults": [], "successes": 3, "trials": 4, "success": 0.75, "low": 0.3,
+            "high": 0.95, "payload": 4.0, "range": 0.2}  # fmt: skip
+    unmade = made | {
+        "number": 1,
+        "faults": ["too thin"],
+        "successes": 0,
+        "trials": 0,
+        "success": 0.0,
+        "low": 0.0,
+        "high": 1.0,
+    }
+    rows = format_markdown(
+        {"candidates": [made, unmade], "best": 0, "front": [0], "complete": True, "unseen": None}
+    ).splitlines()
+    assert "| 3 of 4 | 30 to 95 % |" in rows[2]
+    assert "| - | - | 4.00 | 200 | cannot be made: too thin |" in rows[3]

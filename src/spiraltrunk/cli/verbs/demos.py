@@ -33,14 +33,16 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         "strategies", type=read_text, nargs="?", metavar="STRATEGIES", help="names with commas, auto among them, or all"
     )
-    parser.add_argument("--trials", type=read_count, metavar="N", help="trials of each strategy, as in survey")
+    parser.add_argument(
+        "--trials", type=read_count, metavar="N", help="trials of each strategy; needed, but not with --merge"
+    )
     parser.add_argument(
         "--out", type=read_text, required=True, metavar="DIR",
         help="write the data set there; the same command resumes what was interrupted",
     )  # fmt: skip
     parser.add_argument(
         "--format", choices=_FORMATS,
-        help="lerobot (LeRobotDataset v3.0), robomimic (HDF5) or minari (extra demos)",
+        help="lerobot (LeRobotDataset v3.0), robomimic (HDF5) or minari (extra demos); needed, but not with --merge",
     )  # fmt: skip
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of all trials (default 0)")
     add_workers(parser)

@@ -21,7 +21,8 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--trials", type=read_count, default=40, metavar="N",
-        help="trunks to evaluate (default 40); a larger number goes on with a search that is complete",
+        help="trunks to draw (default 40), those that cannot be made among them; a larger number goes on with a "
+        "search that is complete",
     )  # fmt: skip
     parser.add_argument(
         "--objects",

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from spiraltrunk.checks import check_count, check_number
-from spiraltrunk.errors import UnknownName
+from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.everyday import FAMILIES
-from spiraltrunk.strategies import NAMES
+from spiraltrunk.strategies import NAMES, get
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
 from spiraltrunk.workflows.survey.plan import derive_seed
 
@@ -42,6 +42,9 @@ class SearchSettings:
         check_count("optimize.unseen", self.unseen, least=0, most=1000)
         if self.strategy not in (AUTO, *NAMES):
             raise UnknownName("strategy", self.strategy, (AUTO, *NAMES))
+        if self.strategy != AUTO and get(self.strategy).job == "kick":
+            allowed = f"auto or a strategy that grasps: {', '.join(name for name in NAMES if get(name).job != 'kick')}"
+            raise DesignError("optimize.strategy", got=self.strategy, allowed=allowed)
         if self.kind is not None and self.kind not in FAMILIES:
             raise UnknownName("class of everyday shapes", self.kind, FAMILIES)
         check_number("optimize.friction", self.friction, least=0.0, below=2.0)

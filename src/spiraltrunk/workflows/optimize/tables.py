@@ -46,11 +46,17 @@ def _list_rows(result: Mapping[str, Any]) -> tuple[tuple[str, ...], list[tuple[s
         rows.append(
             (
                 str(one["number"]), *(f"{one['values'][each.name]:.3g}" for each in SPACE),
-                f"{one['successes']} of {one['trials']}", f"{100 * one['low']:.0f} to {100 * one['high']:.0f} %",
-                f"{one['payload']:.2f}", f"{1e3 * one['range']:.0f}", note,
+                *_format_count(one), f"{one['payload']:.2f}", f"{1e3 * one['range']:.0f}", note,
             )
         )  # fmt: skip
     return header, rows
+
+
+def _format_count(one: Mapping[str, Any]) -> tuple[str, str]:
+    """Successes and their interval; dashes where nothing was tried, as of a trunk that cannot be made."""
+    if not one["trials"]:
+        return "-", "-"
+    return f"{one['successes']} of {one['trials']}", f"{100 * one['low']:.0f} to {100 * one['high']:.0f} %"
 
 
 def _list_unseen(result: Mapping[str, Any]) -> list[tuple[str, ...]]:

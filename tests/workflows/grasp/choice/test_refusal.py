@@ -6,8 +6,11 @@ import pytest
 
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import UnknownName
-from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.objects.catalogue import ObjectSpec, parse_object
+from spiraltrunk.workflows.grasp.choice import ranking
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.ranking import rank_object
 from spiraltrunk.workflows.grasp.choice.refusal import PUSHES, explain_choice, find_refusal
 
@@ -35,3 +38,36 @@ def test_every_strategy_of_a_stage_is_explained() -> None:
     assert all(each.score == 0.0 and (each.feasible == (each.reason == PUSHES)) for each in pushing)
     with pytest.raises(UnknownName, match="unknown stage"):
         explain_choice(presets.PAPER, shape, "floor")
+
+
+PAPER, LARGE = presets.PAPER, presets.get("paper-large-grip")
+
+
+@pytest.mark.parametrize(
+    ("able", "told"),
+    [
+        ({("paper", "ground"), ("large", "ground")}, {"--stage ground": "pinch"}),
+        ({("large", "ground")}, {"--stage ground --design paper-large-grip": "pinch"}),
+        ({("large", "hung")}, {"--design paper-large-grip": "pinch"}),
+        ({("paper", "ground"), ("large", "hung")}, {"--stage ground": "pinch", "--design paper-large-grip": "pinch"}),
+        (set(), {}),
+    ],
+)
+def test_an_option_is_told_only_where_it_holds_with_the_others_that_were_given(
+    monkeypatch: pytest.MonkeyPatch, able: set[tuple[str, str]], told: dict[str, str]
+) -> None:
+    def rank_fake(design: TrunkDesign, shape: ObjectSpec, stage: str) -> list[Candidate]:
+        is_able = ("paper" if design == PAPER else "large", stage) in able
+        return [Candidate(strategy="pinch", feasible=is_able, score=0.9 * is_able, reason="")]
+
+    monkeypatch.setattr(ranking, "rank_object", rank_fake)
+    assert ranking.find_alternatives(PAPER, parse_object("cube-28"), "hung") == told
+
+
+def test_another_design_is_not_exchanged_for_the_large_grip(monkeypatch: pytest.MonkeyPatch) -> None:
+    def rank_fake(design: TrunkDesign, shape: ObjectSpec, stage: str) -> list[Candidate]:
+        assert design == LARGE
+        return [Candidate(strategy="pinch", feasible=True, score=0.9, reason="")]
+
+    monkeypatch.setattr(ranking, "rank_object", rank_fake)
+    assert ranking.find_alternatives(LARGE, parse_object("cube-28"), "ground") == {"--stage hung": "pinch"}

@@ -49,13 +49,19 @@ def find_able(design: TrunkDesign, shape: ObjectSpec) -> tuple[str, ...]:
 
 
 def find_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> dict[str, str]:
-    """The best strategy on the other stage, and the best with larger fingers on the ground.
+    """The best strategy on another stage, the best with larger fingers, and where there is none the best with both.
 
     Returns:
-        Name of the strategy by the option of the command line that selects that stage or design.
+        Name of the strategy by the options of the command line that select that stage and design.
     """
-    tried = {f"--stage {other}": (design, other) for other in STAGES if other != stage}
-    if design == presets.PAPER:
-        tried["--design paper-large-grip"] = (presets.get("paper-large-grip"), "ground")
-    best = {option: rank_object(robot, shape, where)[0] for option, (robot, where) in tried.items()}
-    return {option: each.strategy for option, each in best.items() if each.feasible}
+    large, option = presets.get("paper-large-grip"), "--design paper-large-grip"
+    others = [other for other in STAGES if other != stage]
+    tried = {f"--stage {other}": (design, other) for other in others}
+    both = {f"--stage {other} {option}": (large, other) for other in others}
+    rounds = [tried | {option: (large, stage)}, both] if design == presets.PAPER else [tried]
+    for asked in rounds:
+        best = {given: rank_object(robot, shape, where)[0] for given, (robot, where) in asked.items()}
+        found = {given: each.strategy for given, each in best.items() if each.feasible}
+        if found:
+            return found
+    return {}
