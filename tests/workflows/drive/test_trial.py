@@ -31,3 +31,12 @@ def test_no_strategy_raises_a_false_alarm(name):
     done = _run(name)
     print(f"{name}: {done.trial.verdict.reason}")
     assert [fault.text for fault in done.snapshot.faults] == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize(("name", "seed"), [("sweep", 0), ("wrap-oblique", 2), ("wrap-vertical", 1)])
+def test_wraps_close_as_planned_against_the_drag_of_the_drums(name, seed):
+    """Without `strategies.winder_drag` the object was drawn to the housing, or wrapped by a bent trunk."""
+    verdict = _run(name, seed=seed).trial.verdict
+    assert verdict.success, verdict.reason

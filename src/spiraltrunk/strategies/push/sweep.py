@@ -32,6 +32,7 @@ from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, k
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.strategies.timing import stretch, travel_time
+from spiraltrunk.strategies.winder_drag import straighten
 from spiraltrunk.strategies.wrap.standing import StandingWrap, WrapHorizontal
 
 # All of these are ours, tuned in simulated trials.
@@ -140,6 +141,11 @@ class Sweep(PushStrategy[SweepState]):
         if state.steering is not None:
             return Status(phase="reach", action="push", milestone=Milestone.PUSHED)
         return super().status(state)
+
+    def command(self, state: SweepState, observation: Observation) -> Command:
+        """Command of the present move; the unrolled trunk is pulled straight."""
+        command = super().command(state, observation)
+        return straighten(command, observation) if state.sequence.move.action == "look over" else command
 
     def next_move(self, state: SweepState, observation: Observation) -> SweepState:
         """Come down behind the object as observed, begin the push, and decide after the last observation."""

@@ -53,6 +53,7 @@ from spiraltrunk.strategies.sensing import (
     weight,
 )
 from spiraltrunk.strategies.timing import stretch, travel_time
+from spiraltrunk.strategies.winder_drag import balance_drag, straighten
 from spiraltrunk.strategies.wrap.hung_model import free_curl
 from spiraltrunk.strategies.wrap.hung_plan import (
     BACK_OFF,
@@ -189,7 +190,9 @@ class WrapVertical(MoveStrategy[WrapState]):
     def command(self, state: WrapState, observation: Observation) -> Command:
         """Command of the present move, the ventral cables kept together."""
         command = command_at(state.sequence, observation.time)
-        return replace(command, cable_pull=limit_ventral_lead(observation, LEAD))
+        command = replace(command, cable_pull=limit_ventral_lead(observation, LEAD))
+        action = state.sequence.move.action
+        return straighten(command, observation) if action == "steady" else balance_drag(command, observation, action)
 
 
 def _go_on(state: WrapState, observation: Observation) -> WrapState:

@@ -18,14 +18,12 @@ Transport: equal cables turn the plane of the wrap towards level. Twice, the hea
 sees. The arm lifts (further where the object sagged), carries and holds, with the ventral lengths held and the dorsal
 cable taut against them. Cable is taken in where a settling wrap would go slack, and none is paid out.
 
-An object that is too short for the base to close beside it is taken by a distal wrap (`distal_plan`), in which the base
-closes once the object is borne.
-
 Release: the object is set upright over its place once more. The arm lowers it under tension control until the ground
 bears it. Then tension falls in small steps (`opening`): the arm presses the object on the ground and follows the tail,
 which unwinds last, until it holds by little and the trunk springs open (in 40 ms as simulated). The arm then retreats.
 
-Limits: upright objects up to about 1 kg, from about 70 mm of height on, as the housing has to clear the ground.
+Limits: upright objects up to about 1 kg, from about 70 mm of height on, as the housing has to clear the ground. In a
+distal wrap (`distal_plan`), of an object too short for the base beside it, the base closes once the object is borne.
 Slender ones are taken above their middle by the oblique wraps, where the head can turn away the whole lean. What is not
 round is taken for the cylinder of the same girth, from a direction that suits how it is turned (`approach`), as far as
 the arm can turn. The cables pull in every direction. A camera sees where the object stands and how it leans.
@@ -57,6 +55,7 @@ from spiraltrunk.strategies.moves import (
 from spiraltrunk.strategies.resting import has_toppled, rest_until_still
 from spiraltrunk.strategies.sensing import measure_lean, seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import counter_tension, hold_lengths, hold_lengths_in
+from spiraltrunk.strategies.winder_drag import balance_drag
 from spiraltrunk.strategies.wrap.approach import approach_direction
 from spiraltrunk.strategies.wrap.arm_lag import Tensions, delay_tension
 from spiraltrunk.strategies.wrap.attempts import (
@@ -183,8 +182,10 @@ class StandingWrap(MoveStrategy[StandingState]):
     def step(self, state: StandingState, observation: Observation) -> tuple[StandingState, Command]:
         """Next state and command, its tensions delayed by `delay_tension`."""
         state, command = super().step(state, observation)
-        recent, tension = delay_tension(state.recent, state.sequence.move.action, command.cable_tension)
-        return replace(state, recent=recent), replace(command, cable_tension=tension)
+        action = state.sequence.move.action
+        recent, tension = delay_tension(state.recent, action, command.cable_tension)
+        command = balance_drag(replace(command, cable_tension=tension), observation, action)
+        return replace(state, recent=recent), command
 
     def sense(self, state: StandingState, observation: Observation) -> StandingState:
         """Measure lean, load and pulls; react to the touch, to slack cable and to touch-down."""
