@@ -41,6 +41,19 @@ def cone_slope(target: Target) -> float:
     return math.atan2(target.width / 2, target.length) if target.kind == "cone" and is_upright(target) else 0.0
 
 
+def narrowing(target: Target, low: float, high: float) -> float:
+    """Angle by which the sides of an object narrow upwards everywhere from ``low`` to ``high`` above the ground [rad].
+
+    It is the least one of the circle of the object's girth: 0 where a part of it is straight, as of a bottle.
+    """
+    profile = target.profile
+    if profile is None:
+        return cone_slope(target)
+    heights = np.linspace(low, high, 9)
+    radii = np.interp(heights, profile.height, profile.girth) / (2.0 * math.pi)
+    return max(0.0, math.atan(float((-np.diff(radii)).min()) / float(heights[1] - heights[0])))
+
+
 def widths_between(target: Target, low: float, high: float) -> tuple[float, float]:
     """Least and largest horizontal width of the part from ``low`` to ``high`` above the ground [m].
 
