@@ -224,6 +224,22 @@ def act(page: Page, chance: random.Random) -> str:
     return kind
 
 
+def tell(line: str) -> None:
+    """Print a line on standard error, with the time."""
+    print(f"{time.strftime('%H:%M:%S')} {line[:500]}", file=sys.stderr, flush=True)
+
+
+def count_pictures(page: Page) -> int:
+    """Pictures that the page draws in 2 s: 0 where it is frozen, and few where the computer is busy."""
+    program = """() => new Promise(done => {
+        let count = 0, isOver = false;
+        const step = () => { count += 1; if (!isOver) requestAnimationFrame(step); };
+        requestAnimationFrame(step);
+        setTimeout(() => { isOver = true; done(count); }, 2000);
+    })"""
+    return int(page.evaluate(program))
+
+
 def use(arguments: argparse.Namespace) -> None:
     """Keep the page open and write a sample after each act."""
     chance, acts, n_lost = random.Random(arguments.seed), Counter[str](), 0
@@ -231,6 +247,9 @@ def use(arguments: argparse.Namespace) -> None:
     with serve(counts, arguments.haste) as (server, address), sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.on("pageerror", lambda error: tell(f"an error in the page: {error}"))
+        page.on("crash", lambda _: tell("the page crashed"))
+        page.on("console", lambda line: tell(f"console: {line.text}") if line.type in ("error", "warning") else None)
         prepare(page, address)
         page.set_default_timeout(30_000)
         session = page.context.new_cdp_session(page)
@@ -242,7 +261,7 @@ def use(arguments: argparse.Namespace) -> None:
                     acts[act(page, chance)] += 1
                 except Error as error:
                     n_lost += 1
-                    print(f"an act was lost: {str(error).splitlines()[0]}", file=sys.stderr, flush=True)
+                    tell(f"an act was lost: {str(error).splitlines()[0]}; {count_pictures(page)} pictures in 2 s")
                 seen = {"minutes": round(spent / 60, 2), "acts": acts.total(), "lost": n_lost, "haste": arguments.haste}
                 log.write(json.dumps(seen | sample(server, session, counts)) + "\n")
                 log.flush()

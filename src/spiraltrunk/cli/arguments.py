@@ -29,7 +29,8 @@ class Parser(argparse.ArgumentParser):
         Raises:
             UsageError: with the message and a hint to the help.
         """
-        raise UsageError(f"{message}; see {self.prog} --help")
+        command = self.prog.replace(" [DESIGN]", "")  # Of the actions of drive, which follow it.
+        raise UsageError(f"{message}; see {command} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Refuse unknown arguments where they stand, so that the hint names the verb's own help."""

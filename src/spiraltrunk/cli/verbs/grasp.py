@@ -172,7 +172,7 @@ def _check_stage(strategy: Strategy[Any], stage: str | None) -> None:
         UsageError: with the stage on which it does.
     """
     if stage not in (None, strategy.support):
-        allowed = f"{strategy.support}, where {strategy.name} grasps; or auto, which chooses a strategy for the stage"
+        allowed = f"{strategy.support}, where {strategy.name} works; or auto, which chooses a strategy for the stage"
         raise UsageError(f"--stage: {stage} given; allowed: {allowed}")
 
 
