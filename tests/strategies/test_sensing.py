@@ -1,6 +1,7 @@
 """What is felt: a load's place by its torque, and how an object that touched with one end will come to lie."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from spiraltrunk.control.messages import Goal, Observation, Target, Task
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.strategies.sensing import lever, tipping_displacement, weight
+from spiraltrunk.strategies.sensing import LAG, lever, limit_ventral_lead, tipping_displacement, weight
 
 
 def _observe(force, place, axis):
@@ -60,3 +61,22 @@ def test_what_touches_level_or_lower_does_not_move(height):
 def test_what_touches_higher_than_its_diagonal_stands_on_its_corner():
     """The centre above the corner moves by half the length; there is no steeper tilt."""
     assert tipping_displacement(0.24, 0.06, 0.5) == pytest.approx(0.12)
+
+
+@given(st.floats(-0.1, 0.1), st.floats(0.0, 0.05), st.floats(0.0, 30.0))
+def test_a_ventral_cable_is_bounded_unless_the_bound_holds_the_other_one_back(pull, ahead, tension):
+    stroke, lead, wanted = PAPER.cable_stroke, 0.04, np.array([0.0, 20.0, 20.0])
+    seen = replace(
+        _observe(np.zeros(3), np.zeros(3), np.eye(3)[0]),
+        cable_pull=np.array([-0.3, pull, pull + ahead * stroke]), cable_tension=np.array([0.0, tension, 20.0]),
+    )  # fmt: skip
+    usual = limit_ventral_lead(seen, lead)
+    assert usual[0] == math.inf
+    assert usual[1:] == pytest.approx(pull + lead * stroke)
+    bound = limit_ventral_lead(seen, lead, wanted)
+    if 20.0 - tension <= LAG:
+        np.testing.assert_array_equal(bound, usual)
+    else:
+        assert bound[1] == math.inf
+        is_near = seen.cable_pull[2] - pull < lead * stroke / 2
+        assert bound[2] == (math.inf if is_near else usual[2])

@@ -11,6 +11,9 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 
+LAG = 5.0
+"""Tension below the commanded one of a cable that is held back by its bound [N] (ours): 17 N on the twin of a robot."""
+
 
 def find_ventral(design: TrunkDesign) -> np.ndarray:
     """Which cables pull ventral, shape (n_cable,).
@@ -34,15 +37,20 @@ def seen_position(observation: Observation) -> np.ndarray:
     return observation.task.target.position if observation.camera is None else observation.camera.position
 
 
-def limit_ventral_lead(observation: Observation, lead: float) -> np.ndarray:
+def limit_ventral_lead(observation: Observation, lead: float, wanted: np.ndarray | None = None) -> np.ndarray:
     """Upper bounds of the cable pulls that keep the ventral cables together, shape (n_cable,) [m].
 
-    No ventral cable may lead the least pulled one by more than ``lead`` times the cable stroke [-].
+    No ventral cable may lead the least pulled one by more than ``lead`` times the cable stroke [-]. A real winder slows
+    down before a bound. Where that is the lag of the least pulled cable, which has a tension by more than `LAG` below
+    its ``wanted`` one, shape (n_cable,) [N], cables that lead by less than half of that lead have no bound.
     """
     design = observation.task.design
     ventral = ventral_cables(design)
-    bound = np.full(ventral.shape, np.inf)
-    bound[ventral] = observation.cable_pull[ventral].min() + lead * design.cable_stroke
+    bound, pull = np.full(ventral.shape, np.inf), np.where(ventral, observation.cable_pull, np.inf)
+    last, most = int(pull.argmin()), lead * design.cable_stroke
+    bound[ventral] = pull[last] + most
+    if wanted is not None and wanted[last] - observation.cable_tension[last] > LAG:
+        bound[pull - pull[last] < most / 2] = np.inf
     return bound
 
 

@@ -35,7 +35,7 @@ def test_no_strategy_raises_a_false_alarm(name):
 
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
-@pytest.mark.parametrize(("name", "seed"), [("sweep", 0), ("wrap-oblique", 2), ("wrap-vertical", 1)])
+@pytest.mark.parametrize(("name", "seed"), [("sweep", 0), ("wrap-oblique", 2), ("wrap-vertical", 3)])
 def test_wraps_close_as_planned_against_the_drag_of_the_drums(name, seed):
     """Without `strategies.winder_drag` the object was drawn to the housing, or wrapped by a bent trunk."""
     verdict = _run(name, seed=seed).trial.verdict

@@ -190,7 +190,7 @@ class WrapVertical(MoveStrategy[WrapState]):
     def command(self, state: WrapState, observation: Observation) -> Command:
         """Command of the present move, the ventral cables kept together."""
         command = command_at(state.sequence, observation.time)
-        command = replace(command, cable_pull=limit_ventral_lead(observation, LEAD))
+        command = replace(command, cable_pull=limit_ventral_lead(observation, LEAD, command.cable_tension))
         action = state.sequence.move.action
         return straighten(command, observation) if action == "steady" else balance_drag(command, observation, action)
 
