@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 
 from spiraltrunk.control.messages import Command, Goal, Observation, Target, Task
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.strategies.winder_drag import BENT, CLOSING, DRAG_LEAST, STRAIGHTENING, balance_drag, straighten
+from spiraltrunk.strategies.winder_drag import (
+    BENT,
+    CLOSING,
+    DRAG_LEAST,
+    DRAG_MOST,
+    STRAIGHTENING,
+    balance_drag,
+    straighten,
+)
 
 STROKE, MOST = PAPER.cable_stroke, PAPER.cable.tension_max
 
@@ -30,7 +38,7 @@ def moment(tension):
     return float(PAPER.cable_direction[:, 1] @ tension)
 
 
-@given(st.floats(DRAG_LEAST, 15.0), st.floats(0.0, 30.0), st.floats(0.0, 30.0))
+@given(st.floats(DRAG_LEAST, DRAG_MOST), st.floats(0.0, 30.0), st.floats(0.0, 30.0))
 def test_the_moment_of_a_closing_trunk_is_the_planned_one(drag, one, other):
     planned = command((0.0, one, other))
     given = balance_drag(planned, observe(tension=(drag, one, other)), "curl")
@@ -38,6 +46,11 @@ def test_the_moment_of_a_closing_trunk_is_the_planned_one(drag, one, other):
     assert moment(pulled) == pytest.approx(moment(planned.cable_tension), abs=1e-9)
     assert given.cable_tension[0] == 0.0
     assert given.cable_tension[1] - one == pytest.approx(given.cable_tension[2] - other)
+
+
+def test_a_reading_that_is_no_drag_is_balanced_as_the_largest_drag():
+    given = balance_drag(command((0.0, 20.0, 20.0)), observe(tension=(50.0, 20.0, 20.0)), "curl")
+    np.testing.assert_allclose(given.cable_tension, [0.0, 20.0 + DRAG_MOST, 20.0 + DRAG_MOST])
 
 
 def test_no_cable_is_pulled_with_more_than_its_motor_does():

@@ -13,8 +13,9 @@ import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation
 
-DRAG_LEAST = 1.5
-"""Tension of a dorsal cable beyond the commanded one from which it is balanced [N] (ours): slack ones measure less."""
+DRAG_LEAST, DRAG_MOST = 1.5, 12.0
+"""Tension of a dorsal cable beyond the commanded one from which it is balanced, and up to which [N] (ours): slack ones
+measure less, and drums that pay out hold up to 9 N on the twin. A larger reading is no drag."""
 CLOSING = ("curl", "tighten", "try", "settle", "heft", "rise on")
 """Actions of the wraps in which the trunk closes, and tries the load."""
 STRAIGHTENING = 0.2
@@ -36,7 +37,7 @@ def balance_drag(command: Command, observation: Observation, action: str) -> Com
     design = observation.task.design
     y, planned = design.cable_direction[:, 1], command.cable_tension
     drag = np.where(y > 0.0, observation.cable_tension - planned, 0.0)
-    drag[drag < DRAG_LEAST] = 0.0
+    drag = np.where(drag < DRAG_LEAST, 0.0, np.minimum(drag, DRAG_MOST))
     if not drag.any():
         return command
     more = float(drag @ np.maximum(y, 0.0)) / float(np.maximum(-y, 0.0).sum())
