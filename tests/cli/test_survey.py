@@ -232,6 +232,8 @@ def test_shards_are_merged_and_surveys_compared(tmp_path: Path, capsys: pytest.C
     assert json.loads(capsys.readouterr().out)["overall"]["pairs"] == 10
     assert cli.main(["survey", "--merge", *folders[:2]]) == 2
     assert "--merge needs --out" in capsys.readouterr().err
+    assert cli.main(["survey", "--compare", folders[2], f"{folders[2]}/."]) == 2
+    assert "given twice; allowed: folders of two surveys" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("is_inline", "undrawn")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable
+from pathlib import Path
 
-from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, format_json, open_out
+from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, format_json, open_out, quote
 
 OF_TRIALS = (
     "strategies",
@@ -56,6 +57,9 @@ def compare(arguments: argparse.Namespace) -> Answer:
     for name in ("merge", "out"):
         if getattr(arguments, name) is not None:
             raise UsageError(f"--compare and --{name} exclude each other; allowed: --compare DIR DIR alone")
+    first, second = (Path(folder).resolve() for folder in arguments.compare)
+    if first == second:
+        raise UsageError(f"--compare: {quote(arguments.compare[0])} given twice; allowed: folders of two surveys")
     result = compare_surveys(*arguments.compare)
     return DONE, format_json(result) if arguments.json else format_comparison(result)
 
