@@ -20,6 +20,7 @@ from spiraltrunk.errors import RunError, StudioError
 from spiraltrunk.studio.server.gate import Gate, Refusal
 from spiraltrunk.studio.server.head import add_head
 from spiraltrunk.studio.server.message_guard import refuse_tunnels
+from spiraltrunk.studio.server.waking_event import use_waking_events
 
 MOST_MESSAGE = 8 * 2**20
 """Largest message from a page [bytes]."""
@@ -66,6 +67,7 @@ def start_server(opened: socket.socket, gate: Gate) -> ViserServer:
     Raises:
         RunError: where viser did not start through the gate, as another version of it might.
     """
+    use_waking_events()
     begun, built = threading.Event(), threading.Event()
     genuine = websockets.asyncio.server.serve
 
