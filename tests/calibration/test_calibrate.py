@@ -53,9 +53,9 @@ def bent():
     """A world bent in 6 steps of 20 mm and at rest at one tilt, measured exactly, and its calibration."""
     runs = (RESTS[1], RESTS[2], Run(name="bend-dorsal", kind="bend-dorsal", steps=6, step=0.02))
     world, shapes = _measure(runs, noise=1e-5, turn=1e-6, shift=1e-6, sections=tuple(range(1, 19)))
-    mass, _ = weigh(PAPER, world, 1e-6)
+    mass, _ = weigh(PAPER, world, 2e-6)
     fitted = np.isin(shapes.take, ("rest-090_1", "bend-dorsal_1"))
-    settings = Settings(weighing=Weighing(mass=mass, spread=1e-6))
+    settings = Settings(weighing=Weighing(mass=mass, spread=2e-6))
     return world, calibrate(PAPER, shapes, fitted, settings)
 
 
