@@ -12,7 +12,7 @@ from __future__ import annotations
 import asyncio
 from typing import Any, final
 
-from viser.infra._async_message_buffer import AsyncMessageBuffer
+from viser import infra
 
 
 @final
@@ -36,13 +36,14 @@ class WakingEvent(asyncio.Event):
 
 def use_waking_events() -> None:
     """Give a `WakingEvent` to every buffer of messages that viser makes from now on."""
-    genuine = AsyncMessageBuffer.__init__
+    buffers = infra._async_message_buffer.AsyncMessageBuffer
+    genuine = buffers.__init__
     if getattr(genuine, "is_waking", False):
         return
 
-    def begin(self: AsyncMessageBuffer, *given: Any, **named: Any) -> None:
+    def begin(self: Any, *given: Any, **named: Any) -> None:
         genuine(self, *given, **named)
         self.message_event = WakingEvent()
 
     begin.is_waking = True  # type: ignore[attr-defined]
-    AsyncMessageBuffer.__init__ = begin  # type: ignore[method-assign]
+    buffers.__init__ = begin  # type: ignore[method-assign]
