@@ -2,7 +2,7 @@
 
 Drums hold a tension in a cable that pays out. A trunk that closes therefore bends less than planned, and the arm, which
 follows the plan, draws the object towards the base. A slack trunk stays bent. Ideal winders hold no such tension: with
-them both functions change nothing.
+them `balance_drag` changes nothing, and `straighten` pulls only where the object bends the trunk.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from spiraltrunk.cli.output import DONE, Answer, format_json
 SHELLS = ("bash", "zsh", "fish")
 """Shells with a completion script."""
 
-_FILES = {"FILE", "FILE.html", "DIR", "TAKE", "LOG", "PROTOCOL", "BUS", "TAKE..."}
+_FILES = {"FILE", "FILE.html", "DIR", "TAKE", "LOG", "PROTOCOL", "BUS"}
 """Metavariables of arguments that are files or folders."""
 
 _BASH = """{name}() {{ compgen -W "{words}" -- "$1"; compgen -f -- "$1"; }}"""

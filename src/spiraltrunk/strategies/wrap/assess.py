@@ -133,9 +133,9 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
     force = push_that_topples(target)
     if force < TOUCH_FORCE:
         return refuse(f"would topple at {force:.2g} N; the closing trunk pushes with {TOUCH_FORCE:g} N or more")
-    over_rim = _find_slope(task) or _find_rim(strategy, task)
-    if over_rim is not None:
-        return refuse(over_rim)
+    slip = _find_slope(task) or _find_rim(strategy, task)
+    if slip is not None:
+        return refuse(slip)
     tall, lowest = height_of(target), LOW * design.length
     if tall < lowest:
         return refuse(f"too short by {_compare(tall, lowest)} of height or more")
